@@ -1,0 +1,213 @@
+#!/usr/bin/env python3
+"""Measures what the README claims about speed, size and memory, and says where a target is missed.
+
+usage: scripts/benchmark.py [loop] [recording] [start] [memory] [--json]
+
+Without names, everything. Times are medians over interleaved repetitions within one process, so that their ratios hold
+on a machine whose speed drifts; whole commands are medians over processes. Exits with 1 where a target is missed.
+"""
+
+import argparse
+import ctypes
+import json
+import os
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+STEPS = 10_000
+PLAIN_STEPS = 500
+WRIST = str(Path(sys.executable).with_name("wrist"))
+
+
+def interleaved(tasks: dict[str, Callable[[], float]], repetitions: int) -> dict[str, list[float]]:
+    """Runs the tasks in turn, each of which returns its own time; the first round only warms up."""
+    times: dict[str, list[float]] = {name: [] for name in tasks}
+    for repetition in range(repetitions + 1):
+        for name, task in tasks.items():
+            elapsed = task()
+            if repetition:
+                times[name].append(elapsed)
+    return times
+
+
+def ratio(times: dict[str, list[float]], a: str, b: str) -> float:
+    """Median of the ratios a/b, repetition by repetition."""
+    return statistics.median(x / y for x, y in zip(times[a], times[b], strict=True))
+
+
+def timed(function: Callable[[], object]) -> float:
+    """Wall time of one call [s]."""
+    began = time.perf_counter()
+    function()
+    return time.perf_counter() - began
+
+
+def bench_loop() -> Iterator[tuple[str, float, str, float | None]]:
+    """The closed loop against MuJoCo's bare step and against the same law in plain Python."""
+    import mujoco
+    import numpy as np
+    from plain_loop import simulate_plainly
+
+    from spherical_wrist import Experiment, simulate
+    from spherical_wrist.plant import perturbed
+    from spherical_wrist.simulation import closed_loop, physics
+    from spherical_wrist.simulation.engine import compiled_engine
+
+    clock = ctypes.c_void_p.in_dll(ctypes.CDLL(str(physics.library())), "mjcb_time")
+    installed = clock.value  # as the bindings leave it, before anything is simulated
+
+    @contextmanager
+    def stock_clock() -> Iterator[None]:
+        clock.value = installed
+        try:
+            yield
+        finally:
+            clock.value = None
+
+    experiment = Experiment(duration=STEPS / 1000)
+    nominal = experiment.nominal()
+    plant = perturbed(nominal, experiment.perturbation)
+    tuned = physics.physics_model(plant, 0.001)
+    datas = {model: mujoco.MjData(model) for model in (plant.model, tuned)}
+
+    def bare(model: mujoco.MjModel) -> float:
+        data = datas[model]
+        mujoco.mj_resetData(model, data)
+        data.qpos[:] = [np.cos(0.2), np.sin(0.2), 0, 0]
+        return timed(lambda: mujoco.mj_step(model, data, STEPS)) / STEPS
+
+    def stock() -> float:
+        with stock_clock():
+            return bare(plant.model)
+
+    def loop_only() -> float:
+        """The compiled loop itself: what a run spends in it, without sampling references and making series."""
+        spent = 0.0
+        engine = compiled_engine()
+
+        def watched(*arguments: object) -> object:
+            nonlocal spent
+            began = time.perf_counter()
+            result = engine.close_loop(*arguments)
+            spent += time.perf_counter() - began
+            return result
+
+        parts = experiment.law, experiment.reference, lambda t: np.full((len(t), 3), 0.004), experiment.timing(nominal)
+        loop = closed_loop.ClosedLoop(plant, nominal, *parts, engine._replace(close_loop=watched), experiment.start)
+        while loop.outcome is None:
+            loop.advance()
+        return spent / STEPS
+
+    def whole() -> float:
+        return simulate(experiment).wall_time / STEPS
+
+    short = Experiment(duration=PLAIN_STEPS / 1000)
+    run = simulate(short)
+    plain = simulate_plainly(short, run.disturbance[0])
+    difference = float(np.abs(plain[0] - run.attitude).max())
+
+    def plainly() -> float:
+        return timed(lambda: simulate_plainly(short, run.disturbance[0])) / PLAIN_STEPS
+
+    tasks = {"stock": stock, "tuned": lambda: bare(tuned), "loop": loop_only, "whole": whole, "plain": plainly}
+    times = interleaved(tasks, 15)
+    for name, label in (
+        ("stock", "bare mj_step, stock"),
+        ("tuned", "bare mj_step, equally tuned"),
+        ("loop", "closed loop, fuzzy law"),
+        ("whole", "closed loop with sampling, series and metrics"),
+        ("plain", "the same in plain Python and NumPy"),
+    ):
+        yield label, 1e6 * statistics.median(times[name]), "µs/step", None
+    yield "closed loop / stock mj_step", ratio(times, "loop", "stock"), "", 0.65
+    yield "closed loop / tuned mj_step", ratio(times, "loop", "tuned"), "", 1.4
+    yield "closed loop / plain Python loop", ratio(times, "loop", "plain"), "", 1 / 40
+    yield "whole simulation / plain Python loop", ratio(times, "whole", "plain"), "", None
+    yield "largest difference of attitude to the plain loop", difference, "", 1e-9
+
+
+def bench_recording() -> Iterator[tuple[str, float, str, float | None]]:
+    """Writing 10 s at 1 kHz."""
+    from spherical_wrist import Experiment, load_recording, record, simulate
+
+    run = simulate(Experiment())
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "run.rrd"
+        times = interleaved({"write": lambda: timed(lambda: record(run, path))}, 7)["write"]
+        yield "recording 10 s at 1 kHz, writing", statistics.median(times), "s", 0.2
+        yield "recording 10 s at 1 kHz, size", path.stat().st_size / 1e6, "MB", 5.0
+        yield "reading it back", timed(lambda: load_recording(path)), "s", None
+
+
+def command(*arguments: str, **environment: str) -> float:
+    """Wall time of a command, from start to exit [s]."""
+    full = {**os.environ, **environment}
+    return timed(lambda: subprocess.run([WRIST, *arguments], stdout=subprocess.DEVNULL, check=True, env=full))
+
+
+def bench_start() -> Iterator[tuple[str, float, str, float | None]]:
+    """Whole commands, from shell prompt to shell prompt."""
+    with tempfile.TemporaryDirectory() as folder:
+        output = str(Path(folder) / "run.rrd")
+        cold = [command("run", "-o", output, NUMBA_CACHE_DIR=f"{folder}/{n}") for n in range(3)]
+        tasks = {"help": lambda: command("--help"), "run": lambda: command("run", "-o", output)}
+        warm = interleaved(tasks, 7)
+    yield "wrist --help", statistics.median(warm["help"]), "s", 0.3
+    yield "wrist run, 10 s with recording, warm", statistics.median(warm["run"]), "s", 2.5
+    yield "wrist run, 10 s with recording, first ever (compiles)", statistics.median(cold), "s", None
+
+
+def peak_memory(*arguments: str) -> float:
+    """Peak resident memory of a command [MB]."""
+    process = subprocess.Popen([WRIST, *arguments], stdout=subprocess.DEVNULL)
+    _, status, usage = os.wait4(process.pid, 0)
+    if status:
+        raise SystemExit(f"wrist {' '.join(arguments)} failed")
+    unit = 1 if sys.platform == "darwin" else 1024
+    return usage.ru_maxrss * unit / 1e6
+
+
+def bench_memory() -> Iterator[tuple[str, float, str, float | None]]:
+    """Peak memory of a long run without recording against that of a short one."""
+    duration = {"short": "10", "long": "1000"}
+    peaks = interleaved(
+        {name: lambda d=d: peak_memory("run", "--no-recording", "--duration", d) for name, d in duration.items()}, 3
+    )
+    yield "peak memory, 10 s simulated", statistics.median(peaks["short"]), "MB", None
+    yield "peak memory, 1000 s simulated", statistics.median(peaks["long"]), "MB", None
+    yield "peak memory, 1000 s / 10 s", ratio(peaks, "long", "short"), "", 1.1
+
+
+SECTIONS = {"loop": bench_loop, "recording": bench_recording, "start": bench_start, "memory": bench_memory}
+
+
+def main() -> int:
+    """Runs the sections asked for and prints a table."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("sections", nargs="*", help=f"any of {', '.join(SECTIONS)}; default: all")
+    parser.add_argument("--json", action="store_true", help="print JSON instead of a table")
+    arguments = parser.parse_args()
+    unknown = set(arguments.sections) - set(SECTIONS)
+    if unknown:
+        parser.error(f"no section {', '.join(sorted(unknown))}: choose from {', '.join(SECTIONS)}")
+    results = []
+    for name in arguments.sections or SECTIONS:
+        for label, value, unit, limit in SECTIONS[name]():
+            met = limit is None or value <= limit
+            results.append({"what": label, "value": value, "unit": unit, "limit": limit, "met": met})
+            if not arguments.json:
+                target = "" if limit is None else f"{'≤' if met else 'MISSED: >'} {limit:.4g}"
+                print(f"{label:<56} {value:>10.4g} {unit:<8} {target}", flush=True)
+    if arguments.json:
+        print(json.dumps(results, indent=2, ensure_ascii=False))
+    return 0 if all(result["met"] for result in results) else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,156 @@
+"""``wrist run``: options to an experiment, the experiment to a run, the run to a table, JSON and a recording."""
+
+import signal
+import sys
+import tomllib
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from spherical_wrist.cli.output import print_json, run_table
+from spherical_wrist.errors import ParameterError, RecordingError
+from spherical_wrist.experiment.description import Experiment, read_toml, with_changes
+from spherical_wrist.experiment.run import Run
+from spherical_wrist.experiment.simulate import simulate
+from spherical_wrist.simulation.outcome import Status
+
+SHOW_PROGRESS_FROM = 60.0
+"""Simulated time [s] from which a run takes long enough for a progress bar."""
+
+
+class RunOptions(NamedTuple):
+    """What to do with the run.
+
+    Attributes:
+        recording: file to write, None for none.
+        every: thinning of the recording.
+        json: print JSON instead of a table.
+    """
+
+    recording: Path | None
+    every: int
+    json: bool
+
+
+def run_experiment(file: Path | None, changes: Mapping[str, Any], settings: list[str], options: RunOptions) -> int:
+    """Runs and reports; returns the exit code.
+
+    Args:
+        file: experiment file, if any.
+        changes: values by dotted name that take the place of those in the file.
+        settings: ``name=value`` texts that take the place of both.
+        options: what to do with the run.
+
+    Raises:
+        WristError: wrong input, or a recording that cannot be written.
+    """
+    tables = read_toml(file) if file else {}
+    experiment = Experiment(**with_changes(with_changes(tables, changes), _settings(settings)))
+    if options.every < 1:
+        raise ParameterError(f"--record-every {options.every}: must be 1 or more")
+    if options.recording is not None:
+        _check_writable(options.recording)
+    with _stop_on_signals() as received, _progress(experiment.duration, options.json) as progress:
+        run = simulate(
+            experiment,
+            record_every=options.every,
+            keep_series=options.recording is not None,
+            progress=progress,
+            stop=lambda: bool(received),
+        )
+    recording = options.recording if len(run) else None
+    if recording is not None:
+        from spherical_wrist.experiment.recordings import record  # half a second of imports
+
+        record(run, recording)
+    if options.json:
+        print_json(summary(run, recording))
+    else:
+        run_table(run, recording)
+    if received:
+        return 128 + received[0]
+    return 0 if run.outcome.status is Status.COMPLETED else 1
+
+
+def summary(run: Run, recording: Path | None) -> dict[str, Any]:
+    """The run as the object that ``--json`` prints; a run that did not complete also says when and why."""
+    experiment, outcome = run.experiment, run.outcome
+    early = {"ended_at_s": outcome.time, "reason": outcome.reason}
+    return {
+        "outcome": str(outcome.status),
+        **({} if outcome.status is Status.COMPLETED else early),
+        "law": experiment.law.name,
+        "reference": experiment.reference.name,
+        "duration_s": experiment.duration,
+        "control_period_s": experiment.control_period,
+        "seed": experiment.seed,
+        "recording": None if recording is None else str(recording),
+        "wall_time_s": run.wall_time,
+        "real_time_factor": run.real_time_factor,
+        "metrics": asdict(run.metrics),
+    }
+
+
+def _settings(texts: list[str]) -> dict[str, Any]:
+    """``name=value`` texts as values by dotted name; a value is TOML, and a bare word a string."""
+    found = {}
+    for text in texts:
+        name, equals, value = text.partition("=")
+        if not (name.strip() and equals and value.strip()):
+            raise ParameterError(f"--set {text!r}: NAME=VALUE is needed, such as law.K=0.02")
+        try:
+            found[name.strip()] = tomllib.loads(f"value = {value.strip()}")["value"]
+        except tomllib.TOMLDecodeError:
+            found[name.strip()] = value.strip()
+    return found
+
+
+def _check_writable(path: Path) -> None:
+    """Refuses, before anything is simulated, a recording that could never be written."""
+    if path.is_dir():
+        raise RecordingError(f"recording {str(path)!r} is a directory: give a file, such as {path / 'run.rrd'}")
+    if not path.resolve().parent.is_dir():
+        raise RecordingError(f"recording {str(path)!r}: there is no directory {str(path.parent)!r}; make it first")
+
+
+@contextmanager
+def _stop_on_signals() -> Iterator[list[int]]:
+    """Notes SIGINT and SIGTERM in the list that it yields, once; the next one acts as usual."""
+    received: list[int] = []
+    watched = (signal.SIGINT, signal.SIGTERM)
+    before = {number: signal.getsignal(number) for number in watched}
+
+    def note(number: int, _: Any) -> None:
+        received.append(number)
+        for each in watched:
+            signal.signal(each, before[each])
+
+    for number in watched:
+        signal.signal(number, note)
+    try:
+        yield received
+    finally:
+        for number in watched:
+            signal.signal(number, before[number])
+
+
+@contextmanager
+def _progress(duration: float, quiet: bool) -> Iterator[Any]:
+    """A bar on the terminal's error stream for runs that take long; None where there is nothing to show it on."""
+    if quiet or duration < SHOW_PROGRESS_FROM or not sys.stderr.isatty():
+        yield None
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+
+    columns = (
+        TextColumn("simulating"),
+        BarColumn(),
+        TextColumn("{task.completed:.0f} of {task.total:.0f} s"),
+        TimeRemainingColumn(),
+    )
+    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task("", total=duration)
+        yield lambda simulated: bar.update(task, completed=simulated)

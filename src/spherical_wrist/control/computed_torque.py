@@ -1,0 +1,31 @@
+"""Computed torque, eq. (14): feedback linearisation with a PD law around it."""
+
+from typing import Any
+
+from spherical_wrist.control.contract import Array, Command, ModelBasedLaw, Signal
+from spherical_wrist.parameters import NonNegativeVector, PositiveVector, quantity
+
+
+def computed_torque(signal: Signal, Kp: Array, Kv: Array, command: Command) -> None:
+    """Writes τ = H (q̈_d + Kv ė + Kp e) + N, eq. (14), with q̈_d the feed-forward in the body frame."""
+    for i in range(3):
+        command.torque[i] = signal.N[i]
+        for j in range(3):
+            acceleration = signal.feed_forward[j] + Kv[j] * signal.rate_error[j] + Kp[j] * signal.error[j]
+            command.torque[i] += signal.H[i, j] * acceleration
+
+
+class ComputedTorque(ModelBasedLaw):
+    """τ = H (q̈_d + Kv ė + Kp e) + N, eq. (14).
+
+    With a perfect model the error obeys ë + Kv ė + Kp e = 0, eq. (15), exponentially stable for Kp, Kv > 0. Against a
+    constant torque d that the model does not have, it stays at e = (H Kp)⁻¹ d.
+    """
+
+    Kp: PositiveVector = quantity(400.0, "1/s²", "proportional gain per axis")
+    Kv: NonNegativeVector = quantity(40.0, "1/s", "derivative gain per axis; 2 √Kp is critical damping")
+
+    @staticmethod
+    def step(signal: Signal, parameters: Any, state: Array, command: Command) -> None:
+        """See the class."""
+        computed_torque(signal, parameters.Kp, parameters.Kv, command)

@@ -1,0 +1,80 @@
+"""The nominal model's inertia matrix and bias, and the torque that a reference needs.
+
+These functions run as they stand on MuJoCo's Python bindings, and are compiled into the closed loop, where the same
+names are libmujoco's C functions and ``model`` and ``data`` are their addresses.
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+from mujoco import (
+    mj_comPos,
+    mj_comVel,
+    mj_crb,
+    mj_fullM,
+    mj_kinematics,
+    mj_passive,
+    mj_rne,
+)
+
+from spherical_wrist.so3 import Quaternion, Vector3
+
+Array = npt.NDArray[np.float64]
+
+MOTION = np.dtype([("attitude", "f8", 4), ("rate", "f8", 3), ("acceleration", "f8", 3)], align=True)
+"""One instant of a reference: quaternion, ω_d [rad/s] and ω̇_d [rad/s²], both in the desired frame."""
+
+
+class Nominal(NamedTuple):
+    """The nominal model and the parts of its data that the loop touches.
+
+    Attributes:
+        model: an MjModel, or its address.
+        data: its MjData, or its address.
+        qpos: view of ``data.qpos`` (4,).
+        qvel: view of ``data.qvel`` (3,).
+        passive: view of ``data.qfrc_passive`` (3,).
+    """
+
+    model: Any
+    data: Any
+    qpos: Array
+    qvel: Array
+    passive: Array
+
+
+def pointer(array: Array) -> Any:
+    """What a MuJoCo function takes for an array: the array itself here, its address in compiled code."""
+    return array
+
+
+def evaluate(nominal: Nominal, attitude: Quaternion, rate: Vector3, H: Array, N: Array) -> None:
+    """Writes H (3, 3) and N (3,) of the nominal model at a state.
+
+    H is ``mj_fullM``. N is ``qfrc_bias`` (Coriolis, centrifugal, gravity) less ``qfrc_passive``, the damping that the
+    nominal model knows of, so that H ω̇ + N is the torque that moves it with ω̇.
+    """
+    for i in range(4):
+        nominal.qpos[i] = attitude[i]
+    for i in range(3):
+        nominal.qvel[i] = rate[i]
+    mj_kinematics(nominal.model, nominal.data)
+    mj_comPos(nominal.model, nominal.data)
+    mj_crb(nominal.model, nominal.data)
+    mj_comVel(nominal.model, nominal.data)
+    mj_passive(nominal.model, nominal.data)
+    mj_fullM(nominal.model, nominal.data, pointer(H))
+    mj_rne(nominal.model, nominal.data, 0, pointer(N))
+    for i in range(3):
+        N[i] -= nominal.passive[i]
+
+
+def inverse_dynamics(nominal: Nominal, motion: Any, H: Array, torque: Array) -> None:
+    """Writes the torques (n, 3) [N·m] with which the nominal model follows ``motion``, an array of MOTION (n,)."""
+    for k in range(len(motion)):
+        q, w = motion[k].attitude, motion[k].rate
+        evaluate(nominal, (q[0], q[1], q[2], q[3]), (w[0], w[1], w[2]), H, torque[k])
+        for i in range(3):
+            for j in range(3):
+                torque[k, i] += H[i, j] * motion[k].acceleration[j]

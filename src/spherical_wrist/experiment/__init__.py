@@ -1,0 +1,1 @@
+"""Experiments, the runs that come out of them, and their recordings."""

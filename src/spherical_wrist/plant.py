@@ -1,0 +1,87 @@
+"""The true wrist that MuJoCo steps: the nominal one, perturbed in ways that the controller does not know."""
+
+from typing import NamedTuple
+
+import mujoco
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from spherical_wrist.so3 import Vector3
+from spherical_wrist.wrist import Wrist
+
+
+DRAWN_DENSITY = 2000.0
+"""Density [kg/m³] of the sphere that a payload is drawn as; its dynamics are those of a point."""
+
+
+class Perturbation(NamedTuple):
+    """What differs between the plant and the nominal model.
+
+    Attributes:
+        mass_scale: multiplies mass and inertia of every moving body.
+        com_shift: moves the centre of mass of every moving body [m], in its own frame.
+        payload: point mass at the tool tip [kg].
+        friction: dry friction torque per axis of the joint [N·m].
+        damping: viscous damping added to that of the joint [N·m·s/rad].
+    """
+
+    mass_scale: float = 1.0
+    com_shift: Vector3 = (0.0, 0.0, 0.0)
+    payload: float = 0.0
+    friction: float = 0.0
+    damping: float = 0.0
+
+
+def perturbed(nominal: Wrist, change: Perturbation) -> Wrist:
+    """A plant: ``nominal`` with ``change`` applied and compiled anew. The nominal wrist is left as it is."""
+    spec = nominal.spec.copy()
+    for body in spec.bodies:
+        if body.id in nominal.moving:
+            _perturb_inertia(body, nominal.model, change)
+    # these would be applied to the given inertias once more, and undo or repeat the change
+    spec.compiler.inertiafromgeom = mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_AUTO
+    spec.compiler.settotalmass = -1.0
+    spec.compiler.boundmass = spec.compiler.boundinertia = 0.0
+    if change.payload > 0.0:
+        _add_payload(next(body for body in spec.bodies if body.id == nominal.body), nominal, change.payload)
+    joint = spec.joints[0]
+    joint.damping = _plus(joint.damping, change.damping)
+    joint.frictionloss = _plus(joint.frictionloss, change.friction)
+    return Wrist.of(spec, "plant")
+
+
+def _perturb_inertia(body: mujoco.MjsBody, model: mujoco.MjModel, change: Perturbation) -> None:
+    # the compiled values, made explicit: geometry no longer contributes mass, whatever the file said
+    body.explicitinertial = True
+    body.mass = change.mass_scale * model.body_mass[body.id]
+    body.inertia = change.mass_scale * model.body_inertia[body.id]
+    body.fullinertia = np.full(6, np.nan)
+    body.ipos = model.body_ipos[body.id] + np.asarray(change.com_shift)
+    body.iquat = model.body_iquat[body.id]
+
+
+def _add_payload(body: mujoco.MjsBody, wrist: Wrist, mass: float) -> None:
+    """Adds a point mass at the tip to the jointed body, by the parallel-axis theorem."""
+    data = mujoco.MjData(wrist.model)
+    mujoco.mj_forward(wrist.model, data)
+    tip = wrist.anchor + wrist.lever - data.xpos[wrist.body]
+    axes = Rotation.from_quat(body.iquat, scalar_first=True).as_matrix()
+    centre = (body.mass * body.ipos + mass * tip) / (body.mass + mass)
+    inertia = axes @ np.diag(body.inertia) @ axes.T
+    for part, place in ((body.mass, body.ipos), (mass, tip)):
+        arm = place - centre
+        inertia += part * (arm @ arm * np.eye(3) - np.outer(arm, arm))
+    body.mass, body.ipos, body.iquat, body.inertia = body.mass + mass, centre, [1.0, 0.0, 0.0, 0.0], np.zeros(3)
+    body.fullinertia = [*np.diag(inertia), inertia[0, 1], inertia[0, 2], inertia[1, 2]]
+    radius = (3.0 * mass / (4.0 * np.pi * DRAWN_DENSITY)) ** (1.0 / 3.0)
+    sphere = {"type": mujoco.mjtGeom.mjGEOM_SPHERE, "size": [radius, 0.0, 0.0], "rgba": [0.85, 0.55, 0.2, 1.0]}
+    body.add_geom(name="payload", pos=tip, mass=0.0, contype=0, conaffinity=0, **sphere)
+
+
+def _plus(value: float | np.ndarray, change: float) -> float | np.ndarray:
+    """Adds to a joint coefficient that MuJoCo keeps as a number or as a polynomial's first coefficient."""
+    if np.ndim(value) == 0:
+        return value + change
+    value = np.array(value)
+    value[0] += change
+    return value

@@ -1,0 +1,76 @@
+"""How the viewer shows a recording."""
+
+from collections.abc import Mapping
+
+import numpy as np
+import numpy.typing as npt
+import rerun.blueprint as rrb
+
+from spherical_wrist.recording.layout import EXPERIMENT_TEXT, METRICS_TEXT, PLOTTED, TIMELINE, TIPS, WORLD, plot_entity
+from spherical_wrist.recording.plots import limits, plotted
+from spherical_wrist.simulation.series import COLUMNS
+from spherical_wrist.wrist import Wrist
+
+TRAIL = 1.5
+"""Length of the tip's trails [s]."""
+
+STACKED = 3
+"""Plots that always show; the rest share the place below them, a tab each."""
+
+_EYE = np.array([0.60, -0.79, 0.12])
+"""From the middle of the wrist to the eye: that of the package's model's overview camera."""
+
+
+def blueprint(wrist: Wrist, arrays: Mapping[str, npt.NDArray[np.float64]]) -> rrb.Blueprint:
+    """The layout of the viewer: the scene and the tables on the left, the plots on the right.
+
+    Args:
+        wrist: the eye looks at it from a distance that fits its size.
+        arrays: of the series, by name.
+    """
+    tables = rrb.Horizontal(
+        rrb.TextDocumentView(name="Metrics", origin=METRICS_TEXT),
+        rrb.TextDocumentView(name="Experiment", origin=EXPERIMENT_TEXT),
+    )
+    plots = [_plot(name, arrays[name]) for name in plotted(arrays)]
+    stack: list[rrb.View | rrb.Container] = list(plots[:STACKED])
+    if plots[STACKED:]:
+        stack.append(rrb.Tabs(*plots[STACKED:], active_tab=0))
+    return rrb.Blueprint(
+        rrb.Horizontal(
+            rrb.Vertical(_scene(wrist), tables, row_shares=[1.7, 1.0]),
+            rrb.Vertical(*stack),
+            column_shares=[1.0, 1.0],
+        ),
+        rrb.BlueprintPanel(state="collapsed"),
+        rrb.SelectionPanel(state="collapsed"),
+        rrb.TimePanel(state="collapsed", timeline=TIMELINE, play_state="following"),
+    )
+
+
+def _scene(wrist: Wrist) -> rrb.Spatial3DView:
+    middle, extent = wrist.model.stat.center, wrist.model.stat.extent
+    trail = rrb.VisibleTimeRange(
+        TIMELINE,
+        start=rrb.TimeRangeBoundary.cursor_relative(seconds=-TRAIL),
+        end=rrb.TimeRangeBoundary.cursor_relative(),
+    )
+    return rrb.Spatial3DView(
+        name="Wrist: actual solid, orange trail · desired wires, green trail",
+        origin=WORLD,
+        background=[58, 64, 74],
+        overrides={entity: [rrb.VisibleTimeRanges([trail])] for entity in TIPS.values()},
+        eye_controls=rrb.EyeControls3D(position=middle + 1.05 * extent * _EYE, look_target=middle, eye_up=(0, 0, 1)),
+        line_grid=rrb.LineGrid3D(visible=False),
+    )
+
+
+def _plot(name: str, array: npt.NDArray[np.float64]) -> rrb.TimeSeriesView:
+    title, symbol = PLOTTED[name]
+    return rrb.TimeSeriesView(
+        name=f"{title} {symbol} [{COLUMNS[name]['unit']}]",
+        origin=plot_entity(name),
+        axis_x=rrb.TimeAxis(link=rrb.components.LinkAxis.LinkToGlobal),
+        axis_y=rrb.ScalarAxis(range=limits(array)),
+        plot_legend=rrb.PlotLegend(rrb.Corner2D.RightTop),
+    )

@@ -1,0 +1,24 @@
+"""The arrays of a series as they are recorded."""
+
+import numpy as np
+import numpy.typing as npt
+
+from spherical_wrist.errors import RecordingError
+from spherical_wrist.simulation.series import COLUMNS, WIDTHS, Series
+
+
+def arrays_of(series: Series) -> dict[str, npt.NDArray[np.float64]]:
+    """The arrays of a series by name, contiguous.
+
+    Raises:
+        RecordingError: there are no rows, or an array has not the shape that a series needs.
+    """
+    rows = len(series)
+    if not rows:
+        raise RecordingError("a series without rows cannot be recorded: let the run make at least one step")
+    arrays = {name: np.ascontiguousarray(getattr(series, name), dtype=np.float64) for name in COLUMNS}
+    for name, array in arrays.items():
+        expected = (rows, WIDTHS[name]) if WIDTHS[name] else (rows,)
+        if array.shape != expected:
+            raise RecordingError(f"the array {name!r} of the series has shape {array.shape}; it must be {expected}")
+    return arrays

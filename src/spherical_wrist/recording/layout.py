@@ -1,0 +1,46 @@
+"""Where things are in a recording: what writer, reader and blueprint agree on."""
+
+from collections.abc import Mapping, Sequence
+from typing import TypeAlias
+
+JSON: TypeAlias = "bool | int | float | str | Sequence[JSON] | Mapping[str, JSON] | None"
+"""What a property may be."""
+
+APPLICATION = "spherical_wrist"
+FORMAT = 1
+"""Version of this layout, raised with every change that an older reader would misread."""
+
+TIMELINE = "sim_time"
+
+WORLD = "world"
+BASE = f"{WORLD}/base"
+WRIST = f"{WORLD}/wrist"
+DESIRED = f"{WORLD}/desired"
+TIPS = {"tip": f"{WORLD}/tip/actual", "desired_tip": f"{WORLD}/tip/desired"}
+"""Entities of the trails, by the array that they are drawn from."""
+
+PLOTTED = {
+    "error": ("Attitude error", "e"),
+    "surface": ("Sliding surface", "S"),
+    "torque": ("Motor torque", "τ"),
+    "rate_error": ("Rate error", "ė"),
+    "disturbance": ("Disturbance", "d"),
+    "slope": ("Slope", "λα"),
+}
+"""Arrays with an entity, and so a plot, of their own; the most telling first. With title and symbol.
+
+The other arrays share an entity: every one costs 16 bytes a row more.
+"""
+
+SERIES = "series"
+"""Entity of all arrays that have none of their own, one component each."""
+
+EXPERIMENT_TEXT, METRICS_TEXT = "summary/experiment", "summary/metrics"
+
+ABOUT, SEAL = "recording", "seal"
+"""Groups of properties in which the recording describes itself."""
+
+
+def plot_entity(name: str) -> str:
+    """Entity of one plotted array."""
+    return f"plots/{name}"

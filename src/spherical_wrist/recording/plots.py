@@ -1,0 +1,70 @@
+"""The arrays over time: those with a plot of their own, and the rest."""
+
+from collections.abc import Mapping
+
+import numpy as np
+import numpy.typing as npt
+import rerun as rr
+
+from spherical_wrist.recording.layout import PLOTTED, SERIES, plot_entity
+from spherical_wrist.simulation.series import COLUMNS, WIDTHS
+
+Array = npt.NDArray[np.float64]
+
+AXIS_COLOURS = ((235, 85, 80), (95, 200, 115), (90, 150, 250))
+"""Of x, y and z, in every plot."""
+
+
+def plotted(arrays: Mapping[str, Array]) -> list[str]:
+    """Names of the arrays that get a plot: those that have something to show."""
+    return [name for name in PLOTTED if np.isfinite(arrays[name]).any()]
+
+
+def send_arrays(recording: rr.RecordingStream, time: rr.TimeColumn, arrays: Mapping[str, Array]) -> None:
+    """Sends every array of a series in double precision, NaN included.
+
+    Args:
+        recording: where to.
+        time: the control instants.
+        arrays: of a series, by name.
+    """
+    own = plotted(arrays)
+    for name in own:
+        axes = [f"{PLOTTED[name][1]} {axis}" for axis in COLUMNS[name]["axes"]]
+        style = rr.SeriesLines(names=axes, colors=AXIS_COLOURS, widths=[1.5] * len(axes))
+        recording.log(plot_entity(name), style, static=True)
+        recording.send_columns(plot_entity(name), [time], rr.Scalars.columns(scalars=arrays[name]))
+    rest = [_component(name, array) for name, array in arrays.items() if name not in own]
+    recording.send_columns(SERIES, [time], rest)
+
+
+def _component(name: str, array: Array) -> rr.ComponentColumn:
+    batch = rr.components.ScalarBatch(array.ravel())
+    lengths = np.full(len(array), WIDTHS[name] or 1)
+    return rr.ComponentColumn(rr.ComponentDescriptor(name), batch, lengths=lengths)
+
+
+def limits(array: Array) -> tuple[float, float]:
+    """Ends of a plot's vertical axis: zero and the bulk of the values are inside.
+
+    Values beyond the bulk are inside too, unless they would squeeze it to less than a quarter of the plot: so a small
+    residue stays readable after a large transient. The viewer puts its labels at multiples of a power of ten, and puts
+    none where they would be too close: where that leaves less than two, the ends move outwards to the next label.
+    """
+    values = array[np.isfinite(array)]
+    bulk = _with_zero(*np.quantile(values, (0.02, 0.98)))
+    whole = _with_zero(float(values.min()), float(values.max()))
+    low, high = whole if whole[1] - whole[0] <= 4.0 * (bulk[1] - bulk[0]) else bulk
+    if not np.finfo(np.float32).tiny < high - low < np.finfo(np.float32).max:  # the axis has single precision
+        return -1.0, 1.0
+    step = 10.0 ** np.floor(np.log10(high - low))
+    if high - low > 7.5 * step:
+        step *= 10.0
+    if high - low < 2.0 * step:
+        low, high = step * np.floor(low / step), step * np.ceil(high / step)
+    margin = 0.05 * (high - low)
+    return float(low - margin), float(high + margin)
+
+
+def _with_zero(low: float, high: float) -> tuple[float, float]:
+    return min(float(low), 0.0), max(float(high), 0.0)

@@ -1,0 +1,65 @@
+"""The 3D scene: the wrist as it moves, a ghost at the desired attitude, and the trails of the tool tip."""
+
+import numpy as np
+import numpy.typing as npt
+import rerun as rr
+
+from spherical_wrist.recording.geometry import solid, visible_geoms, wires
+from spherical_wrist.recording.layout import BASE, DESIRED, TIMELINE, TIPS, WORLD, WRIST
+from spherical_wrist.simulation.series import Series
+from spherical_wrist.wrist import Wrist
+
+ACTUAL_COLOUR, DESIRED_COLOUR = (255, 150, 50), (80, 230, 150)
+PERIOD = 0.01
+"""Least time between two poses [s]. The exact attitude is among the arrays; this is for the eye."""
+
+
+def draw_scene(recording: rr.RecordingStream, series: Series, wrist: Wrist) -> None:
+    """Sends geometry and motion to a recording.
+
+    Args:
+        recording: where to.
+        series: the motion. Rows without a finite, normalised attitude are left out.
+        wrist: the geometry.
+    """
+    recording.log(WORLD, rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
+    _draw_geometry(recording, wrist)
+    rows = _rows_to_show(series)
+    time = [timeline(series.time[rows])]
+    for entity, attitude in ((WRIST, series.attitude), (DESIRED, series.desired_attitude)):
+        turns = np.roll(attitude[rows], -1, axis=1)
+        places = np.broadcast_to(wrist.anchor, (len(rows), 3))
+        recording.send_columns(entity, time, rr.Transform3D.columns(translation=places, quaternion=turns))
+    for (name, entity), rgb, radius in zip(
+        TIPS.items(), (ACTUAL_COLOUR, DESIRED_COLOUR), (0.0009, 0.0006), strict=True
+    ):
+        # one piece per row, from the row before: within a time range they join up to a trail
+        points = getattr(series, name)[rows].astype(np.float32)
+        pieces = np.stack([np.concatenate([points[:1], points[:-1]]), points], axis=1)
+        recording.log(entity, rr.LineStrips3D.from_fields(colors=[rgb], radii=[radius]), static=True)
+        recording.send_columns(entity, time, rr.LineStrips3D.columns(strips=pieces))
+
+
+def timeline(time: npt.NDArray[np.float64]) -> rr.TimeColumn:
+    """Control instants [s] as a timeline, rounded to nanoseconds."""
+    return rr.TimeColumn(TIMELINE, duration=np.rint(1e9 * time).astype("timedelta64[ns]"))
+
+
+def _draw_geometry(recording: rr.RecordingStream, wrist: Wrist) -> None:
+    geoms = list(visible_geoms(wrist))
+    for geom in geoms:
+        shape = solid(wrist.model, geom)
+        if shape is not None:
+            name = rr.escape_entity_path_part(geom.name)
+            recording.log(f"{WRIST if geom.moving else BASE}/{name}", shape, static=True)
+    for name, ghost in wires(wrist.model, [geom for geom in geoms if geom.moving], DESIRED_COLOUR):
+        recording.log(f"{DESIRED}/{rr.escape_entity_path_part(name)}", ghost, static=True)
+
+
+def _rows_to_show(series: Series) -> npt.NDArray[np.intp]:
+    period = float(np.median(np.diff(series.time))) if len(series) > 1 else PERIOD
+    step = max(1, round(PERIOD / period)) if period > 0.0 else 1
+    rows = np.arange(0, len(series), step)
+    near_unit = np.abs(np.linalg.norm(series.attitude[rows], axis=1) - 1.0) < 0.1
+    shown: npt.NDArray[np.intp] = rows[near_unit & np.isfinite(series.tip[rows]).all(axis=1)]
+    return shown

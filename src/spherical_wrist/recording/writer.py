@@ -1,0 +1,79 @@
+"""Writing recordings."""
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+
+import rerun as rr
+
+from spherical_wrist.recording import summary
+from spherical_wrist.recording.blueprint import blueprint
+from spherical_wrist.recording.contents import arrays_of
+from spherical_wrist.recording.files import write_whole
+from spherical_wrist.recording.layout import ABOUT, EXPERIMENT_TEXT, FORMAT, JSON, METRICS_TEXT, SEAL
+from spherical_wrist.recording.plots import send_arrays
+from spherical_wrist.recording.scene import draw_scene, timeline
+from spherical_wrist.recording.seal import PLACEHOLDER, sealed
+from spherical_wrist.recording.stream import recorded
+from spherical_wrist.simulation.series import Series
+from spherical_wrist.wrist import Wrist
+
+
+def write_recording(
+    path: Path, series: Series, wrist: Wrist, properties: Mapping[str, Mapping[str, JSON]], every: int = 1
+) -> None:
+    """Writes a run to a Rerun file, completely or not at all.
+
+    Args:
+        path: file to write, usually ``*.rrd``. One that is there already is replaced.
+        series: the arrays of the run; every one is stored bit for bit.
+        wrist: the plant, whose geometry is drawn.
+        properties: groups of entries such as ``experiment``, ``metrics`` and ``outcome``; nested tables are fine.
+        every: the series has every ``every``-th control instant.
+
+    Raises:
+        RecordingError: the file cannot be written, or the series has no rows or arrays of the wrong shape.
+        ValueError: a group of properties has the name that is kept for the recording itself.
+    """
+    if ABOUT in properties or SEAL in properties:
+        raise ValueError(f"{ABOUT!r} and {SEAL!r} cannot be names of groups of properties")
+    arrays = arrays_of(series)
+
+    def fill(recording: rr.RecordingStream) -> None:
+        _describe(recording, properties, len(series), every)
+        draw_scene(recording, series, wrist)
+        send_arrays(recording, timeline(arrays["time"]), arrays)
+
+    write_whole(path, sealed(recorded(fill, blueprint(wrist, arrays))))
+
+
+def _describe(
+    recording: rr.RecordingStream, properties: Mapping[str, Mapping[str, JSON]], rows: int, every: int
+) -> None:
+    recording.send_recording_name(summary.title(properties))
+    for group, entries in properties.items():
+        recording.send_property(group, _visible(dict(summary.flattened(entries))))
+    exact = json.dumps(properties, ensure_ascii=False)
+    about: dict[str, float | str] = {
+        "format": FORMAT,
+        "rows": rows,
+        "every": every,
+        "properties": exact,
+    }
+    recording.send_property(ABOUT, _visible(about))
+    recording.send_property(SEAL, _visible({"checksum": PLACEHOLDER}))
+    tables = {
+        METRICS_TEXT: summary.metrics_text(properties, rows, every),
+        EXPERIMENT_TEXT: summary.experiment_text(properties),
+    }
+    for entity, text in tables.items():
+        recording.log(entity, rr.TextDocument(text, media_type=rr.MediaType.MARKDOWN), static=True)
+
+
+def _visible(entries: Mapping[str, float | str]) -> rr.AnyValues:
+    """Entries as components. Typed, since Rerun would expect the type of a name's first value ever after."""
+    values = rr.AnyValues()
+    for name, value in entries.items():
+        batch = rr.components.TextBatch([value]) if isinstance(value, str) else rr.components.ScalarBatch([value])
+        values.with_component_from_data(name, batch)
+    return values

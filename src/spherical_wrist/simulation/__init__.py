@@ -1,0 +1,1 @@
+"""The closed loop: parts in, compiled loop, series and outcome out."""

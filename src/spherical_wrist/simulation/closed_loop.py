@@ -1,0 +1,221 @@
+"""A closed loop made of its parts, advanced in chunks: arrays in, loop, series out."""
+
+from typing import Any, NamedTuple, NoReturn
+
+import mujoco
+import numpy as np
+import numpy.typing as npt
+
+from spherical_wrist.control.contract import COMMAND, SIGNAL, Law
+from spherical_wrist.disturbance import Torque
+from spherical_wrist.errors import LawError, one_line
+from spherical_wrist.kinematics import tip_position
+from spherical_wrist.reference import Reference
+from spherical_wrist.simulation import loop
+from spherical_wrist.simulation.diagnosis import check_step
+from spherical_wrist.simulation.engine import Engine, interpreted_engine
+from spherical_wrist.simulation.nominal import NominalModel
+from spherical_wrist.simulation.outcome import Outcome, Status
+from spherical_wrist.simulation.physics import drop_step_timer, physics_model, warnings_kept_in_data
+from spherical_wrist.simulation.series import Series
+from spherical_wrist.simulation.timing import Timing
+from spherical_wrist.so3 import Vector3, quaternion_exp, quaternion_product, relative_attitude, rotate
+from spherical_wrist.wrist import Wrist
+
+Array = npt.NDArray[np.float64]
+
+RATE_LIMIT = 1000.0
+"""Rate [rad/s] beyond which a run counts as diverged: a radian per millisecond, far from any wrist's."""
+
+CHUNK = 8192
+"""Control periods that are simulated at a time, which bounds the memory of a run however long it is."""
+
+
+class Start(NamedTuple):
+    """Where the plant starts, relative to the reference.
+
+    Attributes:
+        error: attitude error e [rad].
+        rate_error: rate error ė [rad/s].
+    """
+
+    error: Vector3 = (0.0, 0.0, 0.0)
+    rate_error: Vector3 = (0.0, 0.0, 0.0)
+
+
+class ClosedLoop:
+    """One run in progress.
+
+    Args:
+        plant: the true wrist.
+        nominal: what the controller believes.
+        law: control law.
+        reference: desired motion.
+        disturbance: torque on the plant's joint.
+        timing: control and physics periods.
+        engine: how to run it.
+        start: initial errors.
+
+    Attributes:
+        sample: control instants simulated so far.
+        outcome: None while running; then how the run ended.
+
+    Raises:
+        LawError: the law raises, writes no torque, or cannot be compiled.
+        ModelError: MuJoCo cannot step the plant.
+    """
+
+    def __init__(
+        self,
+        plant: Wrist,
+        nominal: Wrist,
+        law: Law,
+        reference: Reference,
+        disturbance: Torque,
+        timing: Timing,
+        engine: Engine,
+        start: Start,
+    ) -> None:
+        drop_step_timer()
+        self.sample = 0
+        self.outcome: Outcome | None = None
+        self._wrist, self._law, self._reference, self._disturbance = plant, law, reference, disturbance
+        self._timing, self._engine = timing, engine
+        self._settings = _settings(law, plant, timing)
+        self._parameters = law.packed()
+        self._state = _initial_state(law)
+        self._signal, self._command = np.zeros(1, SIGNAL), np.zeros(1, COMMAND)
+        # the compiled loop holds addresses: these keep what is there alive
+        self._model = physics_model(plant, timing.physics_period)
+        self._data = mujoco.MjData(self._model)
+        self._plant = loop.Plant(
+            engine.handle(self._model),
+            engine.handle(self._data),
+            self._data.qpos,
+            self._data.qvel,
+            self._data.ctrl,
+            self._data.qfrc_applied,
+            self._data.warning.number,
+        )
+        self._nominal = NominalModel(nominal, timing, engine)
+        self._place(start)
+        self._try_law(nominal)
+        self._step = engine.step(law)
+
+    def advance(self, samples: int = CHUNK) -> Series:
+        """Simulates up to ``samples`` control periods and returns what was logged in them.
+
+        Sets ``outcome`` when the run completes or diverges; the series of a diverged run ends where it did.
+
+        Raises:
+            LawError: the law raised, or wrote a torque that is not finite.
+        """
+        timing, engine = self._timing, self._engine
+        last = min(self.sample + samples, timing.samples) if self.outcome is None else self.sample
+        time = timing.instants(self.sample, last)
+        desired = self._reference.motion(time)
+        ahead = float(self._settings["ahead"][0])
+        later = self._reference.motion(time + ahead) if ahead > 0.0 else desired
+        disturbance = self._disturbance(timing.steps(self.sample, last))
+        log = np.empty(len(time), loop.LOG)
+        self._settings["first"] = self.sample
+        try:
+            with warnings_kept_in_data():
+                progress = engine.close_loop(
+                    self._step,
+                    self._parameters,
+                    self._state,
+                    self._plant,
+                    self._nominal.handles,
+                    engine.record(self._settings),
+                    engine.records(desired),
+                    engine.records(later),
+                    disturbance,
+                    engine.record(self._signal),
+                    engine.record(self._command),
+                    engine.records(log),
+                )
+        except Exception as error:  # nothing in the loop raises but a law, which may raise anything
+            self._blame(f"raised {type(error).__name__}: {one_line(error)}")
+        self.sample += progress.logged
+        self._conclude(progress.status)
+        return _series(self._wrist, time, desired, disturbance[:: timing.substeps], log, progress.logged)
+
+    def _conclude(self, status: int) -> None:
+        time = self.sample * self._timing.control_period
+        if status == loop.NO_TORQUE:
+            self._blame("wrote a torque that is not finite")
+        if status == loop.TOO_FAST:
+            speed = float(np.linalg.norm(self._data.qvel))
+            reason = f"the wrist turns at {speed:.4g} rad/s, beyond {RATE_LIMIT:g} rad/s"
+            self.outcome = Outcome(Status.DIVERGED, time, reason)
+        elif status == loop.UNSTABLE:
+            self.outcome = Outcome(Status.DIVERGED, time, "the physics became unstable (state not finite or huge)")
+        elif self.sample == self._timing.samples:
+            self.outcome = Outcome(Status.COMPLETED, time)
+
+    def _blame(self, fault: str) -> NoReturn:
+        """Raises a LawError for the present instant, in the law's own words where one plain step shows them."""
+        check_step(self._law, self._signal, self._state)
+        time = float(self._signal["time"][0])
+        raise LawError(f"law {self._law.name!r} at t = {time:.6g} s {fault}")
+
+    def _try_law(self, nominal: Wrist) -> None:
+        """One control instant in plain Python: what a law gets wrong raises there, and might not when compiled."""
+        engine = interpreted_engine()
+        desired = engine.records(self._reference.motion(np.zeros(1)))
+        signal, settings = engine.record(self._signal), engine.record(self._settings)
+        q, w = tuple(map(float, self._data.qpos)), tuple(map(float, self._data.qvel))
+        trial = NominalModel(nominal, self._timing, engine)
+        loop.sense(signal, settings, 0, q, w, desired[0])
+        loop.model_ahead(signal, settings, trial.handles, q, w, desired[0], desired[0])
+        check_step(self._law, self._signal, self._state)
+
+    def _place(self, start: Start) -> None:
+        """Puts the plant where its errors are those of ``start``."""
+        desired = self._reference.motion(np.zeros(1))[0]
+        w, x, y, z = map(float, desired["attitude"])
+        a, b, c = map(float, desired["rate"])
+        q_d, w_d = (w, x, y, z), (a, b, c)
+        back = (-start.error[0], -start.error[1], -start.error[2])
+        q = quaternion_product(q_d, quaternion_exp(back))
+        carried = rotate(relative_attitude(q, q_d), w_d)
+        self._data.qpos[:] = q
+        self._data.qvel[:] = np.subtract(carried, start.rate_error)
+
+
+def _settings(law: Law, plant: Wrist, timing: Timing) -> npt.NDArray[Any]:
+    settings = np.zeros(1, loop.SETTINGS)
+    settings["period"] = timing.control_period
+    settings["substeps"] = timing.substeps
+    settings["ahead"] = 0.5 * timing.control_period if law.looks_ahead else 0.0
+    settings["rate_scale"] = 0.0 if law.gravity_only else 1.0
+    settings["rate_limit"] = RATE_LIMIT
+    settings["motors"] = plant.motors
+    settings["controls"] = np.linalg.inv(plant.motors)
+    settings["lower"] = plant.lower
+    settings["upper"] = plant.upper
+    return settings
+
+
+def _initial_state(law: Law) -> Array:
+    state = np.array(law.initial_state(), dtype=np.float64)
+    if state.shape != (law.state_size,):
+        raise LawError(
+            f"law {law.name!r}: its initial state has shape {state.shape}, its state_size is {law.state_size}"
+        )
+    return state if law.state_size else np.zeros(1)
+
+
+def _series(wrist: Wrist, time: Array, desired: Any, disturbance: Array, log: Any, count: int) -> Series:
+    columns = {name: np.ascontiguousarray(log[name][:count]) for name in loop.LOG.names or ()}
+    desired_attitude = np.ascontiguousarray(desired["attitude"][:count])
+    return Series(
+        **columns,
+        time=time[:count],
+        desired_attitude=desired_attitude,
+        desired_rate=np.ascontiguousarray(desired["rate"][:count]),
+        disturbance=np.ascontiguousarray(disturbance[:count]),
+        tip=tip_position(columns["attitude"], wrist.anchor, wrist.lever),
+        desired_tip=tip_position(desired_attitude, wrist.anchor, wrist.lever),
+    )

@@ -1,0 +1,78 @@
+"""The recorded arrays of a run, one row per control instant."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, fields
+from typing import Any, Self
+
+import numpy as np
+import numpy.typing as npt
+
+Array = npt.NDArray[np.float64]
+
+WXYZ, XYZ = ("w", "x", "y", "z"), ("x", "y", "z")
+
+
+def _column(unit: str, meaning: str, axes: tuple[str, ...] = XYZ) -> Any:
+    return field(metadata={"unit": unit, "meaning": meaning, "axes": axes})
+
+
+@dataclass(frozen=True, kw_only=True)
+class Series:
+    """Time series of a run, float64, all with the same number n of rows.
+
+    Attributes:
+        time: control instants [s], (n,).
+        attitude: actual attitude, quaternion (w, x, y, z), body → world, (n, 4).
+        rate: actual angular velocity ω [rad/s], body frame, (n, 3).
+        desired_attitude: desired attitude, (n, 4).
+        desired_rate: desired angular velocity [rad/s], desired frame, (n, 3).
+        error: attitude error e = log(q⁻¹ q_d) [rad], body frame, (n, 3).
+        rate_error: ė = R_e ω_d − ω [rad/s], body frame, (n, 3).
+        surface: sliding surface S = slope · e + ė [rad/s], (n, 3); NaN for laws without one.
+        slope: slope λα of the surface [1/s], (n, 3); NaN for laws without one.
+        torque: torque that the motors deliver from this instant on [N·m], body frame, (n, 3).
+        disturbance: torque added to the joint from this instant on [N·m], body frame, (n, 3).
+        tip: tool tip in the world [m], (n, 3).
+        desired_tip: where the tip would be at the desired attitude [m], (n, 3).
+        saturated: 1 where a motor limit cut the commanded torque, else 0, (n,).
+    """
+
+    time: Array = _column("s", "control instant", ())
+    attitude: Array = _column("", "actual attitude", WXYZ)
+    rate: Array = _column("rad/s", "actual rate ω, body frame")
+    desired_attitude: Array = _column("", "desired attitude", WXYZ)
+    desired_rate: Array = _column("rad/s", "desired rate ω_d, desired frame")
+    error: Array = _column("rad", "attitude error e, body frame")
+    rate_error: Array = _column("rad/s", "rate error ė, body frame")
+    surface: Array = _column("rad/s", "sliding surface S")
+    slope: Array = _column("1/s", "slope λα of the sliding surface")
+    torque: Array = _column("N·m", "torque τ of the motors, body frame")
+    disturbance: Array = _column("N·m", "disturbance torque, body frame")
+    tip: Array = _column("m", "tool tip, world frame")
+    desired_tip: Array = _column("m", "desired tool tip, world frame")
+    saturated: Array = _column("", "a motor limit cut the torque", ())
+
+    def __len__(self) -> int:
+        """The number of rows."""
+        return len(self.time)
+
+    def rows(self, which: slice) -> "Series":
+        """The rows that a slice selects, as views."""
+        return Series(**{name: getattr(self, name)[which] for name in COLUMNS})
+
+    @classmethod
+    def joined(cls, parts: Sequence["Series"]) -> Self:
+        """Several series, one after the other."""
+        return cls(**{name: np.concatenate([getattr(part, name) for part in parts]) for name in COLUMNS})
+
+    @classmethod
+    def empty(cls) -> Self:
+        """A series of no rows."""
+        return cls(**{name: np.empty((0, width) if width else 0) for name, width in WIDTHS.items()})
+
+
+COLUMNS = {column.name: column.metadata for column in fields(Series)}
+"""Unit, meaning and axes of every array of a series, by name."""
+
+WIDTHS = {name: len(info["axes"]) for name, info in COLUMNS.items()}
+"""Components per row; 0 where the array has one number per row."""
