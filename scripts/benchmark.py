@@ -163,14 +163,23 @@ def bench_start() -> Iterator[tuple[str, float, str, float | None]]:
     yield "wrist run, 10 s with recording, first ever (compiles)", statistics.median(cold), "s", None
 
 
+LAUNCHER = """
+import os, subprocess, sys
+process = subprocess.Popen(sys.argv[1:], stdout=subprocess.DEVNULL)
+_, status, usage = os.wait4(process.pid, 0)
+print(usage.ru_maxrss)
+sys.exit(bool(status))
+"""
+
+
 def peak_memory(*arguments: str) -> float:
-    """Peak resident memory of a command [MB]."""
-    process = subprocess.Popen([WRIST, *arguments], stdout=subprocess.DEVNULL)
-    _, status, usage = os.wait4(process.pid, 0)
-    if status:
-        raise SystemExit(f"wrist {' '.join(arguments)} failed")
-    unit = 1 if sys.platform == "darwin" else 1024
-    return usage.ru_maxrss * unit / 1e6
+    """Peak resident memory of a command [MB].
+
+    A process starts with the peak of the one that forked it, so a small launcher does that.
+    """
+    launch = [sys.executable, "-I", "-S", "-c", LAUNCHER, WRIST, *arguments]
+    done = subprocess.run(launch, capture_output=True, text=True, check=True)
+    return int(done.stdout) * (1 if sys.platform == "darwin" else 1024) / 1e6
 
 
 def bench_memory() -> Iterator[tuple[str, float, str, float | None]]:

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from bench import one_line
 from scipy.signal import periodogram
 
+from bench import one_line
 from spherical_wrist.disturbance import Constant, Disturbance, Noise, Pulse, Sinusoid
 from spherical_wrist.errors import ParameterError
 from spherical_wrist.parameters import unit_of

@@ -3,9 +3,9 @@
 import mujoco
 import numpy as np
 import pytest
-from bench import GRAVITY, RigidBody, mjcf, states, wrist_of
 from scipy.spatial.transform import Rotation
 
+from bench import GRAVITY, RigidBody, mjcf, states, wrist_of
 from spherical_wrist.dynamics import MOTION, evaluate
 from spherical_wrist.reference import Lissajous, Sinusoid
 from spherical_wrist.simulation.engine import compiled_engine, interpreted_engine
@@ -89,7 +89,8 @@ def test_inertia_and_bias_are_those_of_mujocos_forward_dynamics(wrist):
 
 def test_everything_that_the_nominal_model_knows_of_is_in_the_model():
     """Armature adds to H; a spring, gravity compensation and damping to N: as in MuJoCo's forward dynamics."""
-    tool = '<body name="t" pos="0 0 -0.05" gravcomp="0.7"><geom type="sphere" size="0.01" mass="0.1"/><site name="tip"/></body>'
+    ball = '<geom type="sphere" size="0.01" mass="0.1"/>'
+    tool = f'<body name="t" pos="0 0 -0.05" gravcomp="0.7">{ball}<site name="tip"/></body>'
     wrist = wrist_of(mjcf(tool, joint='armature="3e-4" stiffness="0.02"'))
     handles = NominalModel(wrist, TIMING, interpreted_engine()).handles
     data = mujoco.MjData(wrist.model)
@@ -120,7 +121,9 @@ TWINS = {
     "shipped": Wrist.load(),
     "asymmetric": WRISTS["asymmetric"],
     "with contacts": wrist_of(
-        mjcf('<geom type="box" size=".01 .01 .01" mass=".1" contype="1"/><site name="tip" pos="0 0 .1"/>')
+        mjcf('<geom type="sphere" size=".12" mass=".1" contype="1"/><site name="tip" pos="0 0 .1"/>').replace(
+            "<worldbody>", '<worldbody><geom type="plane" size="1 1 1" pos="0 0 0.2" conaffinity="1"/>'
+        )
     ),
     "with a cone": wrist_of(mjcf(joint='range="0 0.2" limited="true"')),
     "with dry friction": wrist_of(mjcf(joint='frictionloss="0.01"')),
@@ -129,7 +132,8 @@ TWINS = {
     ),
     "with a fixed inertia": wrist_of(
         mjcf(
-            '<body><inertial pos="0 .01 -.05" mass=".1" diaginertia="1e-4 2e-4 2.5e-4" euler=".3 .2 .1"/><site name="tip"/></body>'
+            '<body><inertial pos="0 .01 -.05" mass=".1" diaginertia="1e-4 2e-4 2.5e-4" euler=".3 .2 .1"/>'
+            '<site name="tip"/></body>'
         )
     ),
 }

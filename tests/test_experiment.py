@@ -4,8 +4,8 @@ import json
 
 import numpy as np
 import pytest
-from bench import one_line
 
+from bench import one_line
 from spherical_wrist import Experiment, WristError, simulate
 from spherical_wrist.control import ComputedTorque
 from spherical_wrist.disturbance import Pulse

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from bench import vectors
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from bench import vectors
 from spherical_wrist.control.fuzzy_sliding_computed_torque import RULES
 from spherical_wrist.fuzzy import ERROR_VALUES, RATE_VALUES, fuzzify, sugeno
 

@@ -3,9 +3,9 @@
 import mujoco
 import numpy as np
 import pytest
-from bench import GRAVITY, RigidBody, mjcf, states, wrist_of
 from scipy.spatial.transform import Rotation
 
+from bench import GRAVITY, RigidBody, mjcf, states, wrist_of
 from spherical_wrist.plant import Perturbation, perturbed
 from spherical_wrist.simulation.physics import physics_model
 from spherical_wrist.wrist import Wrist
@@ -14,7 +14,9 @@ FIXED = '<inertial pos="0.01 0 0" mass="0.1" diaginertia="1e-4 2e-4 2.5e-4" eule
 WRISTS = {
     "shipped": Wrist.load(),
     "asymmetric": wrist_of(mjcf()),
-    "inertia given": wrist_of(mjcf(f'<body pos="0 0 -.05" euler=".1 .2 .3">{FIXED}<site name="tip" pos="0 .01 -.05"/></body>')),
+    "inertia given": wrist_of(
+        mjcf(f'<body pos="0 0 -.05" euler=".1 .2 .3">{FIXED}<site name="tip" pos="0 .01 -.05"/></body>')
+    ),
     "massless tip": wrist_of(mjcf('<body pos="0 0.02 -0.1" euler="1 0 0"><site name="tip"/></body>')),
     "tip in a frame": wrist_of(
         mjcf('<body pos="0 0 -.05"><geom type="sphere" size=".01" mass=".1"/>'
@@ -100,7 +102,7 @@ def test_payload_and_mass_scale_together_do_not_scale_the_payload():
 @pytest.mark.parametrize("shift", [(0.002, 0.0, 0.0), (0.0, -0.003, 0.001)])
 @each_wrist
 def test_com_shift_moves_every_body_in_its_own_frame(nominal, shift):
-    """By the parallel-axis theorem: Δ(m c) = Σ m_i s_i, ΔH = Σ m_i (…) with s_i the shift turned into the body frame."""
+    """By the parallel-axis theorem: Δ(m c) = Σ m_i s_i, ΔH = Σ m_i (…) s_i the shift in the body frame."""
     model, plant = nominal.model, perturbed(nominal, Perturbation(com_shift=shift))
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
@@ -224,5 +226,5 @@ def test_a_compiler_that_fixes_the_total_mass_does_not_undo_the_mass_scale():
     """``settotalmass`` is deprecated, but a user's file may have it."""
     with pytest.warns(UserWarning, match="settotalmass"):
         nominal = wrist_of(mjcf(compiler='settotalmass="0.7"'))
-        plant = perturbed(nominal, Perturbation(mass_scale=1.25))
+    plant = perturbed(nominal, Perturbation(mass_scale=1.25))
     assert RigidBody.of(plant).mass == pytest.approx(1.25 * 0.7, rel=1e-12)

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from bench import one_line
 from scipy.spatial.transform import Rotation
 
+from bench import one_line
 from spherical_wrist.errors import ParameterError
 from spherical_wrist.parameters import unit_of
 from spherical_wrist.reference import Hold, Lissajous, Reference, Sinusoid, Step

@@ -3,12 +3,12 @@
 import mujoco
 import numpy as np
 import pytest
-from bench import directions, finished, loop, quaternions, vectors
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
+from bench import directions, finished, loop, quaternions, vectors
 from spherical_wrist.control import PD
 from spherical_wrist.reference import Lissajous
 from spherical_wrist.simulation.closed_loop import Start
@@ -178,10 +178,9 @@ def test_rate_error_is_the_derivative_of_the_attitude_error_to_first_order(q, ra
 
     de = np.array(rate_error(tuple(q), tuple(rate), tuple(target.as_quat(scalar_first=True)), tuple(desired_rate)))
     angle = np.linalg.norm(e)
+    second = 1.0 / 12.0
     if angle > 1e-3:
         second = 1.0 / angle**2 - (1.0 + np.cos(angle)) / (2.0 * angle * np.sin(angle))
-    else:
-        second = 1.0 / 12.0
     inverse = np.eye(3) - 0.5 * skew(e) + second * skew(e) @ skew(e)
     h = 1e-4
     derivative = (8.0 * (error(h) - error(-h)) - (error(2.0 * h) - error(-2.0 * h))) / (12.0 * h)

@@ -3,9 +3,9 @@
 import mujoco
 import numpy as np
 import pytest
-from bench import MOTORS, TOOL, finished, loop, mjcf, one_line, wrist_of
 from scipy.spatial.transform import Rotation
 
+from bench import MOTORS, TOOL, finished, loop, mjcf, one_line, wrist_of
 from spherical_wrist.control import ComputedTorque
 from spherical_wrist.errors import ModelError
 from spherical_wrist.kinematics import rotated, tilt, tip_position

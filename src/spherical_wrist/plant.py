@@ -9,7 +9,6 @@ from scipy.spatial.transform import Rotation
 from spherical_wrist.so3 import Vector3
 from spherical_wrist.wrist import Wrist
 
-
 DRAWN_DENSITY = 2000.0
 """Density [kg/m³] of the sphere that a payload is drawn as; its dynamics are those of a point."""
 

@@ -60,8 +60,7 @@ def headline(run: Run) -> Text:
         (name_of(run.description["law"]), "bold"), " on ", (name_of(run.description["reference"]), "bold"), "  "
     )
     text.append(str(status), style=f"bold {COLOURS[status]}")
-    if status is not Status.COMPLETED:
-        text.append(f" at {run.outcome.time:.6g} s: {run.outcome.reason}")
+    text.append(str(run.outcome).removeprefix(str(status)))
     return text
 
 

@@ -52,19 +52,20 @@ def run_experiment(file: Path | None, changes: Mapping[str, Any], settings: list
         raise ParameterError(f"--record-every {options.every}: must be 1 or more")
     if options.recording is not None:
         _check_writable(options.recording)
-    with _stop_on_signals() as received, _progress(experiment.duration, options.json) as progress:
-        run = simulate(
-            experiment,
-            record_every=options.every,
-            keep_series=options.recording is not None,
-            progress=progress,
-            stop=lambda: bool(received),
-        )
-    recording = options.recording if len(run) else None
-    if recording is not None:
-        from spherical_wrist.experiment.recordings import record  # half a second of imports
+    with _stop_on_signals() as received:
+        with _progress(experiment.duration, options.json) as progress:
+            run = simulate(
+                experiment,
+                record_every=options.every,
+                keep_series=options.recording is not None,
+                progress=progress,
+                stop=lambda: bool(received),
+            )
+        recording = options.recording if len(run) else None
+        if recording is not None:
+            from spherical_wrist.experiment.recordings import record  # half a second of imports
 
-        record(run, recording)
+            record(run, recording)
     if options.json:
         print_json(summary(run, recording))
     else:

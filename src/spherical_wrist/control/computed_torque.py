@@ -16,7 +16,7 @@ def computed_torque(signal: Signal, Kp: Array, Kv: Array, command: Command) -> N
 
 
 class ComputedTorque(ModelBasedLaw):
-    """τ = H (q̈_d + Kv ė + Kp e) + N, eq. (14).
+    """Computed torque, eq. (14): τ = H (q̈_d + Kv ė + Kp e) + N.
 
     With a perfect model the error obeys ë + Kv ė + Kp e = 0, eq. (15), exponentially stable for Kp, Kv > 0. Against a
     constant torque d that the model does not have, it stays at e = (H Kp)⁻¹ d.

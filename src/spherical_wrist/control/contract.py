@@ -172,7 +172,7 @@ class ModelBasedLaw(Law):
 
     abstract: ClassVar[bool] = True
 
-    prediction: bool = quantity(True, "", "evaluate the nominal model and the feed-forward half a period ahead")
+    prediction: bool = quantity(True, "", "take model and feed-forward half a period ahead")
 
 
 def _numbers(law: Law, name: str) -> Array:

@@ -23,7 +23,7 @@ RULES: tuple[tuple[float, float, float], ...] = (
 
 
 class FuzzySlidingComputedTorque(SlidingComputedTorque):
-    """τ = H (q̈_d + Kv ė + Kp e) + N + K sw(S / φ), S = λ α(e, ė) e + ė, eq. (44)–(48), α > 0 from 21 fuzzy rules.
+    """Sliding computed torque with S = λ α(e, ė) e + ė, α > 0 from 21 fuzzy rules, eq. (44)–(48): the paper's proposal.
 
     The rules make the surface steep near the origin, where the residual error φ atanh(d/K) / (λα) of the boundary
     layer is settled, and shallow far from it, where a steep surface would ask for a faster return than K can drive.

@@ -7,10 +7,11 @@ from spherical_wrist.parameters import NonNegativeVector, PositiveVector, quanti
 
 
 class PD(Law):
-    """τ = P e + D ė + g(q): a spring and a damper on the attitude error, and the nominal model's gravity.
+    """PD with gravity compensation: τ = P e + D ė + g(q).
 
-    It knows no inertia and no reference acceleration, so it lags behind a moving reference even with a perfect model.
-    Stable about a fixed attitude by passivity (Takegaki and Arimoto, 1981).
+    A spring and a damper on the attitude error, and the gravity torque of the nominal model. It knows no inertia and no
+    reference acceleration, so it lags behind a moving reference even with a perfect model. Stable about a fixed
+    attitude by passivity (Takegaki and Arimoto, 1981).
     """
 
     gravity_only: ClassVar[bool] = True

@@ -19,7 +19,7 @@ def add_switching(
 
 
 class SlidingComputedTorque(ComputedTorque):
-    """τ = H (q̈_d + Kv ė + Kp e) + N + K sw(S / φ), S = λ e + ė, eq. (34)–(35).
+    """Computed torque plus K sw(S / φ) with S = λ e + ė, eq. (34)–(35): the paper's baseline.
 
     With ``sign`` the state slides on S = 0 while K exceeds what the model misses, eq. (41)–(43), at the price of
     chattering. Within a boundary layer φ the term is a proportional-derivative gain K/φ, without chattering; against a

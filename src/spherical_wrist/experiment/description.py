@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Self
 
-from pydantic import BeforeValidator, Field, SerializeAsAny
+from pydantic import AfterValidator, BeforeValidator, Field, SerializeAsAny
 
 from spherical_wrist.control import Law
 from spherical_wrist.disturbance import Disturbance
@@ -72,7 +72,9 @@ class Experiment(Parameters):
         None, "s", "start of the steady window; 2 s, or half the duration of runs of up to 2 s, where none is given"
     )
     seed: Annotated[int, Field(ge=0)] = quantity(0, "", "seed of everything random")
-    model: Path | None = quantity(None, "", "MJCF file of the wrist; the one of the package where none is given")
+    model: Annotated[Path, AfterValidator(Path.resolve)] | None = quantity(
+        None, "", "MJCF file of the wrist; the one of the package where none is given"
+    )
 
     @classmethod
     def from_toml(cls, path: Path | str, changes: Mapping[str, Any] | None = None) -> Self:

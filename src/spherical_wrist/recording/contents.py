@@ -6,12 +6,14 @@ import numpy.typing as npt
 from spherical_wrist.errors import RecordingError
 from spherical_wrist.simulation.series import COLUMNS, WIDTHS, Series
 
+_ETERNITY = 3.15e9
+
 
 def arrays_of(series: Series) -> dict[str, npt.NDArray[np.float64]]:
     """The arrays of a series by name, contiguous.
 
     Raises:
-        RecordingError: there are no rows, or an array has not the shape that a series needs.
+        RecordingError: there are no rows, an array has not the shape that a series needs, or a time is not finite.
     """
     rows = len(series)
     if not rows:
@@ -21,4 +23,6 @@ def arrays_of(series: Series) -> dict[str, npt.NDArray[np.float64]]:
         expected = (rows, WIDTHS[name]) if WIDTHS[name] else (rows,)
         if array.shape != expected:
             raise RecordingError(f"the array {name!r} of the series has shape {array.shape}; it must be {expected}")
+    if not (np.abs(arrays["time"]) < _ETERNITY).all():
+        raise RecordingError("the series has times that are not finite, or beyond 100 years: they fit no timeline")
     return arrays

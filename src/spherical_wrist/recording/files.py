@@ -31,11 +31,9 @@ def write_whole(path: Path, content: bytes) -> None:
         RecordingError: the file cannot be written; nothing is left behind.
     """
     target = Path(os.path.realpath(path))
-    if target.exists() and not target.is_file():
-        kind = "a directory" if target.is_dir() else "not a regular file"
-        raise RecordingError(f"recording {str(path)!r} cannot be written: it is {kind}; give the path of a file")
     part = target.with_name(f".{secrets.token_hex(8)}.part")
     try:
+        _check_kind(path, target)
         _fill(part, content)
         os.replace(part, target)  # noqa: PTH105 -- the rest of this file is os calls, too
     except OSError as error:
@@ -46,6 +44,12 @@ def write_whole(path: Path, content: bytes) -> None:
         with suppress(OSError):
             part.unlink()
     _settle(target.parent)
+
+
+def _check_kind(path: Path, target: Path) -> None:
+    if target.exists() and not target.is_file():
+        kind = "a directory" if target.is_dir() else "not a regular file"
+        raise RecordingError(f"recording {str(path)!r} cannot be written: it is {kind}; give the path of a file")
 
 
 def _fill(path: Path, content: bytes) -> None:

@@ -56,7 +56,7 @@ def colour(model: mujoco.MjModel, geom: int) -> list[int]:
     rgba = model.geom_rgba[geom]
     if model.geom_matid[geom] >= 0 and np.array_equal(rgba, _UNSET):
         rgba = model.mat_rgba[model.geom_matid[geom]]
-    return [round(255.0 * float(part)) for part in rgba]
+    return [round(255.0 * min(max(float(part), 0.0), 1.0)) for part in rgba]
 
 
 def solid(model: mujoco.MjModel, placed: Placed) -> Any:

@@ -14,6 +14,16 @@ Array = npt.NDArray[np.float64]
 AXIS_COLOURS = ((235, 85, 80), (95, 200, 115), (90, 150, 250))
 """Of x, y and z, in every plot."""
 
+AGGREGATION = rr.components.AggregationPolicy
+DRAWN_IN_FULL = 20_000
+"""Most rows of which a plot draws every one; of more, the extremes on every pixel.
+
+The viewer's default, the mean of what falls on a pixel, makes a chattering torque look smooth.
+"""
+
+_SMALLEST, _LARGEST = float(np.finfo(np.float32).tiny), float(np.finfo(np.float32).max)
+"""Of a plot's axis, which has single precision."""
+
 
 def plotted(arrays: Mapping[str, Array]) -> list[str]:
     """Names of the arrays that get a plot: those that have something to show."""
@@ -29,9 +39,15 @@ def send_arrays(recording: rr.RecordingStream, time: rr.TimeColumn, arrays: Mapp
         arrays: of a series, by name.
     """
     own = plotted(arrays)
+    policy = AGGREGATION.Off if len(arrays["time"]) <= DRAWN_IN_FULL else AGGREGATION.MinMax
     for name in own:
         axes = [f"{PLOTTED[name][1]} {axis}" for axis in COLUMNS[name]["axes"]]
-        style = rr.SeriesLines(names=axes, colors=AXIS_COLOURS, widths=[1.5] * len(axes))
+        style = rr.SeriesLines(
+            names=axes,
+            colors=AXIS_COLOURS,
+            widths=[1.5] * len(axes),
+            aggregation_policy=policy,
+        )
         recording.log(plot_entity(name), style, static=True)
         recording.send_columns(plot_entity(name), [time], rr.Scalars.columns(scalars=arrays[name]))
     rest = [_component(name, array) for name, array in arrays.items() if name not in own]
@@ -51,17 +67,19 @@ def limits(array: Array) -> tuple[float, float]:
     residue stays readable after a large transient. The viewer puts its labels at multiples of a power of ten, and puts
     none where they would be too close: where that leaves less than two, the ends move outwards to the next label.
     """
-    values = array[np.isfinite(array)]
-    bulk = _with_zero(*np.quantile(values, (0.02, 0.98)))
+    values = np.clip(array[np.isfinite(array)], -_LARGEST, _LARGEST)
     whole = _with_zero(float(values.min()), float(values.max()))
-    low, high = whole if whole[1] - whole[0] <= 4.0 * (bulk[1] - bulk[0]) else bulk
-    if not np.finfo(np.float32).tiny < high - low < np.finfo(np.float32).max:  # the axis has single precision
+    bulk = _with_zero(*np.quantile(values, (0.02, 0.98)))
+    low, high = max(1.3 * bulk[0], whole[0]), min(1.3 * bulk[1], whole[1])
+    if whole[1] - whole[0] <= 4.0 * (high - low):
+        low, high = whole
+    if not _SMALLEST < high - low < _LARGEST:
         return -1.0, 1.0
     step = 10.0 ** np.floor(np.log10(high - low))
     if high - low > 7.5 * step:
         step *= 10.0
     if high - low < 2.0 * step:
-        low, high = step * np.floor(low / step), step * np.ceil(high / step)
+        low, high = step * np.floor(low / step + 0.05), step * np.ceil(high / step - 0.05)
     margin = 0.05 * (high - low)
     return float(low - margin), float(high + margin)
 

@@ -13,13 +13,16 @@ ACTUAL_COLOUR, DESIRED_COLOUR = (255, 150, 50), (80, 230, 150)
 PERIOD = 0.01
 """Least time between two poses [s]. The exact attitude is among the arrays; this is for the eye."""
 
+_FAR = 1e6
+"""No tool tip is that far away [m]; a run that diverges may say so."""
+
 
 def draw_scene(recording: rr.RecordingStream, series: Series, wrist: Wrist) -> None:
     """Sends geometry and motion to a recording.
 
     Args:
         recording: where to.
-        series: the motion. Rows without a finite, normalised attitude are left out.
+        series: the motion. Rows that have no pose to show, as after a divergence, are left out.
         wrist: the geometry.
     """
     recording.log(WORLD, rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
@@ -60,6 +63,10 @@ def _rows_to_show(series: Series) -> npt.NDArray[np.intp]:
     period = float(np.median(np.diff(series.time))) if len(series) > 1 else PERIOD
     step = max(1, round(PERIOD / period)) if period > 0.0 else 1
     rows = np.arange(0, len(series), step)
-    near_unit = np.abs(np.linalg.norm(series.attitude[rows], axis=1) - 1.0) < 0.1
-    shown: npt.NDArray[np.intp] = rows[near_unit & np.isfinite(series.tip[rows]).all(axis=1)]
-    return shown
+    shown = np.ones(len(rows), dtype=bool)
+    for attitude in (series.attitude[rows], series.desired_attitude[rows]):
+        shown &= np.abs(attitude).max(axis=1) < 2.0  # before the norm, which could overflow; False for NaN
+        shown[shown] &= np.abs(np.linalg.norm(attitude[shown], axis=1) - 1.0) < 0.1
+    for tip in (series.tip[rows], series.desired_tip[rows]):
+        shown &= np.abs(tip).max(axis=1) < _FAR
+    return rows[shown]

@@ -74,7 +74,7 @@ def metrics_text(properties: Mapping[str, Mapping[str, JSON]], rows: int, every:
 def flattened(entries: Mapping[str, JSON], prefix: str = "") -> Iterator[tuple[str, float | str]]:
     """The entries of nested tables as numbers and texts, by dotted name; entries without a value are left out."""
     for key, value in entries.items():
-        name = f"{prefix}{key}"
+        name = f"{prefix}{key}" or "–"
         if isinstance(value, Mapping):
             yield from flattened(value, f"{name}.")
         elif isinstance(value, int | float) and not isinstance(value, bool):

@@ -52,7 +52,9 @@ def _describe(
 ) -> None:
     recording.send_recording_name(summary.title(properties))
     for group, entries in properties.items():
-        recording.send_property(group, _visible(dict(summary.flattened(entries))))
+        visible = dict(summary.flattened(entries))
+        if visible:
+            recording.send_property(group, _visible(visible))
     exact = json.dumps(properties, ensure_ascii=False)
     about: dict[str, float | str] = {
         "format": FORMAT,

@@ -24,3 +24,7 @@ class Outcome(NamedTuple):
     status: Status
     time: float
     reason: str = ""
+
+    def __str__(self) -> str:
+        """The outcome as a sentence."""
+        return str(self.status) if not self.reason else f"{self.status} at {self.time:.6g} s: {self.reason}"

@@ -1,0 +1,432 @@
+"""Recordings: bit-exact, whole or absent, and never mistaken for what they are not."""
+
+import errno
+import os
+import subprocess
+import sys
+import textwrap
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pytest
+import rerun as rr
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from spherical_wrist.errors import RecordingError
+from spherical_wrist.plant import Perturbation, perturbed
+from spherical_wrist.recording import files, read_recording, summary, write_recording
+from spherical_wrist.recording.geometry import visible_geoms
+from spherical_wrist.recording.plots import limits, plotted
+from spherical_wrist.simulation.series import COLUMNS, WIDTHS, Series
+from spherical_wrist.wrist import Wrist
+
+WRIST = Wrist.load()
+
+PROPERTIES = {
+    "experiment": {
+        "law": {"name": "pd", "Kp": [400.0, 300.0, 200.0], "flag": True, "nothing": None, "deep": {"a": [[1, 2], []]}},
+        "reference": {"name": "lissajous"},
+        "disturbance": {"name": "constant", "level": 0.1 + 0.2},
+        "seed": 7,
+        "model": None,
+    },
+    "outcome": {"status": "diverged", "time_s": 1.5, "reason": "the rate is not finite | ✗"},
+    "metrics": {"rms_error_rad": 1.0 / 3.0, "reaching_time_s": None, "peak_torque_Nm": 5e-324},
+    "versions": {"numpy": "2.0"},
+    "empty": {},
+}
+
+
+def series_of(rows: int, seed: int = 0, surface: bool = True) -> Series:
+    generator = np.random.default_rng(seed)
+    arrays = {name: generator.normal(size=(rows, width) if width else rows) for name, width in WIDTHS.items()}
+    arrays["time"] = 1e-3 * np.arange(rows)
+    for name in ("attitude", "desired_attitude"):
+        arrays[name] /= np.linalg.norm(arrays[name], axis=1, keepdims=True)
+    if not surface:
+        arrays["surface"][:] = arrays["slope"][:] = np.nan
+    return Series(**arrays)
+
+
+def names_in(folder: Path) -> list[str]:
+    return sorted(path.name for path in folder.iterdir())
+
+
+def bits(series: Series) -> dict[str, bytes]:
+    return {name: getattr(series, name).tobytes() for name in COLUMNS}
+
+
+@pytest.fixture
+def recording(tmp_path: Path) -> Path:
+    path = tmp_path / "run.rrd"
+    write_recording(path, series_of(300), WRIST, PROPERTIES)
+    return path
+
+
+def write(path: Path, rows: int = 50) -> None:
+    write_recording(path, series_of(rows), WRIST, PROPERTIES)
+
+
+# --- what is written is read -----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("surface", [True, False])
+@pytest.mark.parametrize("rows", [1, 2, 1234])
+def test_arrays_come_back_bit_for_bit(tmp_path, rows, surface):
+    series = series_of(rows, surface=surface)
+    write_recording(tmp_path / "run.rrd", series, WRIST, PROPERTIES, every=3)
+    back = read_recording(tmp_path / "run.rrd")
+    assert bits(back.series) == bits(series)
+    assert all(getattr(back.series, name).dtype == np.float64 for name in COLUMNS)
+    assert all(getattr(back.series, name).shape == getattr(series, name).shape for name in COLUMNS)
+    assert back.every == 3
+
+
+@settings(max_examples=15, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(st.data())
+def test_any_float_comes_back_bit_for_bit(tmp_path, data):
+    series = series_of(2)
+    for name in ("attitude", "error", "surface", "tip"):
+        array = getattr(series, name)
+        array.flat[:] = data.draw(st.lists(st.floats(), min_size=array.size, max_size=array.size), label=name)
+    write_recording(tmp_path / "run.rrd", series, WRIST, {})
+    assert bits(read_recording(tmp_path / "run.rrd").series) == bits(series)
+
+
+def test_times_that_are_no_whole_nanoseconds_come_back(tmp_path):
+    series = series_of(100)
+    series.time[:] = np.arange(100) / 3e9 + 1e5
+    write_recording(tmp_path / "run.rrd", series, WRIST, {})
+    assert bits(read_recording(tmp_path / "run.rrd").series) == bits(series)
+
+
+def test_properties_come_back(recording):
+    assert read_recording(recording).properties == PROPERTIES
+
+
+JSON = st.recursive(
+    st.none() | st.booleans() | st.integers(-(2**70), 2**70) | st.floats(allow_nan=False) | st.text(),
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(), inner, max_size=3),
+    max_leaves=8,
+)
+
+
+@settings(max_examples=30, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(st.dictionaries(st.text(min_size=1), st.dictionaries(st.text(), JSON, max_size=3), max_size=3))
+def test_any_properties_come_back(tmp_path, properties):
+    properties = {f"group {name}": entries for name, entries in properties.items()}
+    write_recording(tmp_path / "run.rrd", series_of(2), WRIST, properties)
+    assert read_recording(tmp_path / "run.rrd").properties == properties
+
+
+def test_types_of_a_property_may_change_between_recordings(tmp_path):
+    for value in (1.0, "text", True, None, [1, 2]):
+        write_recording(tmp_path / "run.rrd", series_of(2), WRIST, {"experiment": {"value": value}})
+        assert read_recording(tmp_path / "run.rrd").properties == {"experiment": {"value": value}}
+
+
+def test_an_array_that_is_partly_nan_is_stored_and_plotted(tmp_path):
+    series = series_of(20)
+    series.surface[3] = np.nan
+    write_recording(tmp_path / "run.rrd", series, WRIST, {})
+    assert bits(read_recording(tmp_path / "run.rrd").series) == bits(series)
+    assert "surface" in plotted({name: getattr(series, name) for name in COLUMNS})
+
+
+def test_a_diverged_run_is_recorded(tmp_path):
+    series = series_of(50)
+    for name in ("attitude", "rate", "error", "tip", "torque"):
+        getattr(series, name)[-3:] = [[np.nan], [np.inf], [1e300]]
+    write_recording(tmp_path / "run.rrd", series, WRIST, {})
+    assert bits(read_recording(tmp_path / "run.rrd").series) == bits(series)
+
+
+def test_small_enough_and_without_threads_left(tmp_path):
+    path = tmp_path / "run.rrd"
+    write_recording(path, series_of(10_000), WRIST, PROPERTIES)  # noise: nothing for a compressor
+    assert path.stat().st_size <= 5e6
+    before = len(names_in(Path("/proc/self/task"))) if sys.platform == "linux" else 0
+    for _ in range(10):
+        write(path)
+    assert sys.platform != "linux" or len(names_in(Path("/proc/self/task"))) <= before + 4
+
+
+def test_two_threads_write_at_once(tmp_path):
+    paths = [tmp_path / f"{k}.rrd" for k in range(8)]
+    with ThreadPoolExecutor(4) as pool:
+        list(pool.map(write, paths))
+    assert all(bits(read_recording(path).series) == bits(series_of(50)) for path in paths)
+
+
+def test_strict_mode_is_left_as_it_was(tmp_path):
+    before = rr.strict_mode()
+    write(tmp_path / "run.rrd")
+    assert rr.strict_mode() == before
+
+
+# --- the scene -------------------------------------------------------------------------------------------------------
+
+
+def test_geoms_are_where_mujoco_has_them():
+    plant = perturbed(WRIST, Perturbation(payload=0.05))
+    geoms = {geom.name: geom for geom in visible_geoms(plant)}
+    assert geoms["payload"].moving
+    np.testing.assert_allclose(geoms["payload"].position, plant.lever, atol=1e-12)
+    turned = mujoco.MjData(plant.model)
+    turned.qpos[:] = np.array([0.5, 0.5, -0.1, 0.7]) / np.linalg.norm([0.5, 0.5, -0.1, 0.7])
+    mujoco.mj_forward(plant.model, turned)
+    rotation = turned.xmat[plant.body].reshape(3, 3)
+    for geom in geoms.values():
+        place = plant.anchor + rotation @ geom.position if geom.moving else geom.position
+        axes = rotation @ geom.rotation if geom.moving else geom.rotation
+        np.testing.assert_allclose(place, turned.geom_xpos[geom.geom], atol=1e-12)
+        np.testing.assert_allclose(axes.ravel(), turned.geom_xmat[geom.geom], atol=1e-12)
+
+
+SHAPES = """
+<mujoco>
+  <asset><mesh name="m" vertex="0 0 0  .01 0 0  0 .01 0  0 0 .01"/></asset>
+  <worldbody>
+    <geom type="plane" size="1 1 1"/>
+    <body pos="0 0 .5">
+      <joint name="ball" type="ball"/>
+      <geom type="sphere" size=".01"/> <geom name="a / b" type="mesh" mesh="m"/>
+      <geom type="capsule" size=".01 .02"/> <geom type="box" size=".01 .01 .01"/>
+      <geom type="sphere" size="1" group="3"/>
+      <site name="tip" pos="0 0 -.1"/>
+    </body>
+  </worldbody>
+  <actuator>
+    <motor joint="ball" gear="1 0 0"/> <motor joint="ball" gear="0 1 0"/> <motor joint="ball" gear="0 0 1"/>
+  </actuator>
+</mujoco>
+"""
+
+
+def test_a_wrist_of_ones_own_is_drawn(tmp_path):
+    wrist = Wrist.of(mujoco.MjSpec.from_string(SHAPES))
+    write_recording(tmp_path / "run.rrd", series_of(20), wrist, {})
+    entities = {chunk.entity_path for chunk in rr.chunk.RrdReader(tmp_path / "run.rrd").stream()}
+    assert "/world/wrist/a\\ \\/\\ b" in entities
+    assert {"/world/desired/sphere", "/world/desired/capsule", "/world/desired/box"} <= entities
+    assert sum(entity.startswith("/world/wrist/") for entity in entities) == 4
+
+
+# --- plots and text --------------------------------------------------------------------------------------------------
+
+
+def test_limits_show_a_residue_after_a_transient():
+    wave = 1e-3 * np.sin(np.linspace(0.0, 60.0, 10_000))
+    low, high = limits(wave)
+    assert low <= -1e-3
+    assert 1e-3 <= high <= 3e-3
+    wave[:100] = 0.3
+    assert limits(wave)[1] <= 3e-3
+    wave[:100] = 3e-3
+    assert limits(wave)[1] >= 3e-3
+
+
+@pytest.mark.parametrize("value", [0.0, 1e-320, -5.0, 1e300, 0.00433])
+def test_limits_of_a_constant(value):
+    low, high = limits(np.array([value, value, np.nan, np.inf]))
+    assert np.isfinite([low, high]).all()
+    assert low < high
+
+
+def test_text_says_what_matters():
+    text = summary.experiment_text(PROPERTIES) + summary.metrics_text(PROPERTIES, 50, 4)
+    for part in ("**pd**", "lissajous", "constant", "level 0.3", "seed | 7", "diverged", "rad", "every 4th", "50 rows"):
+        assert part in text
+    assert "RMS error | **0.3333** rad" in text
+    assert summary.title(PROPERTIES) == "pd · lissajous"
+    assert summary.title({}) == "wrist"
+
+
+# --- whole or not at all ---------------------------------------------------------------------------------------------
+
+
+def assert_untouched(path: Path, content: bytes) -> None:
+    assert path.read_bytes() == content
+    assert names_in(path.parent) == [path.name]
+
+
+def test_an_existing_file_is_replaced(recording):
+    write(recording)
+    assert len(read_recording(recording).series) == 50
+    assert names_in(recording.parent) == [recording.name]
+
+
+def fail_after(calls: int, error: BaseException, real):
+    def replacement(*args):
+        nonlocal calls
+        calls -= 1
+        if calls < 0:
+            raise error
+        return real(*args)
+
+    return replacement
+
+
+@pytest.mark.parametrize("function", ["write", "fsync", "replace"])
+@pytest.mark.parametrize(
+    ("error", "expected"),
+    [
+        (OSError(errno.ENOSPC, "No space left on device"), RecordingError),
+        (OSError(errno.EIO, "Input/output error"), RecordingError),
+        (KeyboardInterrupt(), KeyboardInterrupt),
+    ],
+)
+def test_a_failure_midway_leaves_the_old_file(recording, monkeypatch, function, error, expected):
+    before = recording.read_bytes()
+    monkeypatch.setattr(files.os, function, fail_after(0, error, getattr(os, function)))
+    with pytest.raises(expected) as caught:
+        write(recording)
+    monkeypatch.undo()
+    assert_untouched(recording, before)
+    if expected is RecordingError:
+        assert str(recording) in str(caught.value)
+        assert error.strerror in str(caught.value)
+        assert "\n" not in str(caught.value)
+
+
+def test_a_disk_that_takes_little_at_a_time(tmp_path, monkeypatch):
+    real = os.write
+    monkeypatch.setattr(files.os, "write", lambda descriptor, content: real(descriptor, content[:10_000]))
+    write(tmp_path / "run.rrd")
+    assert len(read_recording(tmp_path / "run.rrd").series) == 50
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no limits there")
+def test_a_limit_on_file_sizes(recording):
+    before = recording.read_bytes()
+    program = f"""
+        import resource, sys
+        sys.path.insert(0, {str(Path(__file__).parent)!r})
+        from test_recording import *
+        resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, 100_000))
+        try:
+            write(Path({str(recording)!r}), 5000)
+        except RecordingError as error:
+            print(error)
+    """
+    done = subprocess.run(
+        [sys.executable, "-c", textwrap.dedent(program)], capture_output=True, text=True, check=True, timeout=120
+    )
+    assert "File too large" in done.stdout
+    assert done.stderr == ""
+    assert_untouched(recording, before)
+
+
+@pytest.mark.parametrize(
+    ("place", "reason"),
+    [
+        ("missing/run.rrd", "No such file or directory"),
+        ("file/run.rrd", "Not a directory"),
+        ("folder", "it is a directory"),
+        ("x" * 300 + ".rrd", "File name too long"),
+    ],
+)
+def test_places_that_cannot_be_written(tmp_path, place, reason):
+    (tmp_path / "file").touch()
+    (tmp_path / "folder").mkdir()
+    with pytest.raises(RecordingError, match=reason) as caught:
+        write(tmp_path / place)
+    assert "\n" not in str(caught.value)
+    assert names_in(tmp_path) == ["file", "folder"]
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="Linux's own file systems")
+@pytest.mark.parametrize("path", ["/proc/run.rrd", "/dev/full", "/dev/null"])
+def test_places_that_even_root_cannot_write(path):
+    with pytest.raises(RecordingError, match="cannot be written"):
+        write(Path(path))
+
+
+def test_a_link_is_written_through(recording, tmp_path):
+    link = tmp_path / "latest.rrd"
+    link.symlink_to(recording)
+    write(link)
+    assert link.is_symlink()
+    assert len(read_recording(recording).series) == 50
+
+
+def test_series_that_cannot_be_recorded(tmp_path):
+    with pytest.raises(RecordingError, match="without rows"):
+        write_recording(tmp_path / "run.rrd", Series.empty(), WRIST, {})
+    arrays = {name: getattr(series_of(5), name) for name in COLUMNS}
+    with pytest.raises(RecordingError, match="'tip' of the series has shape"):
+        write_recording(tmp_path / "run.rrd", Series(**{**arrays, "tip": np.zeros((4, 3))}), WRIST, {})
+    with pytest.raises(RecordingError, match="not finite"):
+        write_recording(tmp_path / "run.rrd", Series(**{**arrays, "time": np.full(5, np.nan)}), WRIST, {})
+    with pytest.raises(ValueError, match="seal"):
+        write_recording(tmp_path / "run.rrd", series_of(5), WRIST, {"seal": {}})
+    assert names_in(tmp_path) == []
+
+
+def test_rerun_switched_off_is_an_error(tmp_path, monkeypatch):
+    monkeypatch.setenv("RERUN", "off")
+    with pytest.raises(RecordingError, match="unset the variable RERUN"):
+        write(tmp_path / "run.rrd")
+
+
+# --- files that are no recordings ------------------------------------------------------------------------------------
+
+
+def refused(path: Path, capfd) -> str:
+    with pytest.raises(RecordingError) as caught:
+        read_recording(path)
+    assert str(path) in str(caught.value)
+    assert "\n" not in str(caught.value)
+    assert capfd.readouterr() == ("", "")
+    return str(caught.value)
+
+
+def test_missing_directory_empty_garbage(tmp_path, capfd):
+    (tmp_path / "empty").touch()
+    (tmp_path / "garbage").write_bytes(np.random.default_rng(0).bytes(10_000))
+    (tmp_path / "header").write_bytes(b"RRF2" + bytes(10_000))
+    assert "no such file" in refused(tmp_path / "missing", capfd)
+    assert "not a file" in refused(tmp_path, capfd)
+    assert "empty" in refused(tmp_path / "empty", capfd)
+    assert "not a Rerun file" in refused(tmp_path / "garbage", capfd)
+    assert "truncated" in refused(tmp_path / "header", capfd)
+
+
+def test_truncated_anywhere(recording, tmp_path, capfd):
+    content = recording.read_bytes()
+    cut = tmp_path / "cut.rrd"
+    ends = {*range(1, 40), *(len(content) - k for k in range(1, 60)), *range(40, len(content), 5003)}
+    for end in ends:
+        cut.write_bytes(content[:end])
+        refused(cut, capfd)
+
+
+def test_any_flipped_bit_is_noticed(recording, tmp_path, capfd):
+    content = recording.read_bytes()
+    generator = np.random.default_rng(0)
+    seal = content.index(b"<SHA-256 ")
+    places = [0, 3, 4, 11, seal, seal + 9, seal + 73, len(content) - 1, *generator.integers(len(content), size=200)]
+    for place in places:
+        damaged = bytearray(content)
+        damaged[place] ^= 1 << int(generator.integers(8))
+        (tmp_path / "damaged.rrd").write_bytes(damaged)
+        refused(tmp_path / "damaged.rrd", capfd)
+
+
+def test_foreign_recordings(recording, tmp_path, capfd):
+    stream = rr.RecordingStream("someone_else")
+    stream.save(tmp_path / "foreign.rrd")
+    stream.log("text", rr.TextLog("hello"))
+    stream.disconnect()
+    assert "not made by spherical-wrist" in refused(tmp_path / "foreign.rrd", capfd)
+    # two recordings one after the other are a Rerun file, but no recording of one run
+    (tmp_path / "two.rrd").write_bytes(2 * recording.read_bytes())
+    refused(tmp_path / "two.rrd", capfd)
+
+
+def test_reading_is_silent(recording, capfd):
+    read_recording(recording)
+    assert capfd.readouterr() == ("", "")
