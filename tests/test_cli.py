@@ -80,6 +80,20 @@ def test_options_file_and_settings_reach_the_experiment(wrist):
     assert (given.control_period, given.seed) == (0.002, 3)
 
 
+def test_options_replace_what_would_contradict_them_in_the_file(wrist):
+    """A level takes the place of a torque; another shape or law has no use for the parameters of the one before."""
+    Path("e.toml").write_text(
+        'law = {name = "fuzzy_sliding_computed_torque", K = 0.01}\n'
+        'disturbance = {name = "noise", amplitude = 0.1, bandwidth = 5.0}\n'
+    )
+    options = ["--law", "pd", "--disturbance", "0.1", "--disturbance-shape", "pulse", "--duration", "0.1"]
+    code, _, err = wrist("run", "e.toml", *options)
+    assert (code, err) == (0, "")
+    given = load_recording("wrist.rrd").experiment
+    assert given.law.name == "pd"
+    assert (given.disturbance.name, given.disturbance.level, given.disturbance.amplitude) == ("pulse", 0.1, None)
+
+
 def test_table_for_people(wrist):
     code, out, _ = wrist("run", "--duration", "3", "-o", "a.rrd")
     assert code == 0
@@ -106,7 +120,7 @@ def test_thinned_recording_says_so(wrist):
     assert wrist("run", "--duration", "3", "--record-every", "10")[0] == 0
     code, out, _ = wrist("inspect", "wrist.rrd")
     assert code == 0
-    assert "every 10th" in out
+    assert "1 in 10 control instants" in out
     told = json.loads(wrist("inspect", "wrist.rrd", "--json")[1])
     assert (told["record_every"], told["samples"]) == (10, 300)
     assert told["metrics"]["rms_error_rad"] == simulate(Experiment(duration=3.0)).metrics.rms_error_rad

@@ -594,6 +594,11 @@ HELPERS = {
     "precise": "import numpy as np\nK = np.array([1.0 + 1e-10 * {number}])",
     "long": "import numpy as np\nK = np.arange(2000.0)\nK[1000] = {number}",
     "nested": "K = ((0.0, {number}), (1.0, 2.0))",
+    "passed_on": "from constant import K",
+    "default": "from constant import K\ndef f(k=K): return k",
+    "package/__init__": "",
+    "package/part": "K = {number}",
+    "choice": "from enum import IntEnum\nclass Choice(IntEnum):\n    GAIN = int({number})",
 }
 LAWS = {
     "own body": ("", "{number} * signal.error[0]"),
@@ -604,6 +609,10 @@ LAWS = {
     "array beyond the printed digits": ("from precise import K", "K[0]"),
     "array too long to print": ("from long import K", "K[1000]"),
     "nested tuple": ("from nested import K", "K[0][1]"),
+    "constant by way of a module": ("import passed_on", "passed_on.K"),
+    "constant in a package": ("import package.part", "package.part.K"),
+    "default of an argument": ("from default import f", "f()"),
+    "member of an enumeration": ("from choice import Choice", "float(Choice.GAIN.value)"),
 }
 
 
@@ -614,7 +623,7 @@ def processes(tmp_path_factory: pytest.TempPathFactory) -> list[tuple[dict[str, 
     Every helper is edited before the second; nothing before the third.
     """
     folder = tmp_path_factory.mktemp("cache")
-    (folder / "laws").mkdir()
+    (folder / "laws" / "package").mkdir(parents=True)
     environment = {
         **os.environ,
         "NUMBA_CACHE_DIR": str(folder / "cache"),

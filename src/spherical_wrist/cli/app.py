@@ -86,6 +86,8 @@ def run(
         "model": model,
     }
     changes = {name: value for name, value in given.items() if value is not None}
+    if disturbance is not None:
+        changes["disturbance.amplitude"] = None  # a level takes the place of a torque
     options = RunOptions(None if no_recording else output, record_every, json)
     return run_experiment(experiment, changes, set_ or [], options)
 

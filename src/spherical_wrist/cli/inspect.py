@@ -6,7 +6,7 @@ from pathlib import Path
 from rich.console import Console
 from rich.text import Text
 
-from spherical_wrist.cli.output import conditions, footnote, headline, metrics_table, print_json
+from spherical_wrist.cli.output import conditions, footnote, headline, metrics_table, parts, print_json, thinning
 from spherical_wrist.inspection import Inspection, inspect
 
 
@@ -45,12 +45,13 @@ def _print_json(found: Inspection, path: Path) -> None:
 def _print_tables(found: Inspection, path: Path) -> None:
     run = found.run
     console = Console(highlight=False)
-    console.print(Text.assemble((str(path), "bold"), f"  {len(run)} samples"), soft_wrap=True)
+    console.print(Text.assemble((str(path), "bold"), f"  {len(run)} samples", thinning(run)), soft_wrap=True)
     console.print(headline(run))
     console.print(Text(conditions(run), style="dim"))
     console.print(metrics_table({"stored": run.metrics, "recomputed": found.recomputed}))
     console.print(Text(footnote(run), style="dim"))
     if run.every > 1:
-        note = f"recorded every {run.every}th instant: stored figures are of the full series, recomputed ones estimates"
+        note = "stored figures are of the full series, recomputed ones estimates from the thinned one"
         console.print(Text(note, style="yellow"))
+    console.print(parts(run))
     console.print(Text("made with " + " · ".join(f"{name} {version}" for name, version in run.versions.items()), "dim"))

@@ -49,8 +49,7 @@ def run_table(run: Run, recording: Path | None) -> None:
     console.print(metrics_table({"": run.metrics}))
     console.print(Text(footnote(run), style="dim"))
     if recording is not None:
-        thinned = f" (every {run.every}th control instant)" if run.every > 1 else ""
-        console.print(Text.assemble("recording ", (str(recording), "bold"), thinned), soft_wrap=True)
+        console.print(Text.assemble("recording ", (str(recording), "bold"), thinning(run)), soft_wrap=True)
 
 
 def headline(run: Run) -> Text:
@@ -99,6 +98,21 @@ def metrics_table(columns: dict[str, Metrics], rows: Iterable[str] = LABELS) -> 
     for row in rows:
         label, unit = LABELS[row]
         table.add_row(label, *(number(value[row]) for value in values), Text(unit, style="dim"))
+    return table
+
+
+def thinning(run: Run) -> str:
+    """Says that a recording does not have every control instant; empty where it does."""
+    return f" (1 in {run.every} control instants)" if run.every > 1 else ""
+
+
+def parts(run: Run) -> Table:
+    """Law, reference and disturbance with all their parameters."""
+    table = Table(show_header=False, box=None, padding=(0, 1), pad_edge=False)
+    for part in ("law", "reference", "disturbance"):
+        told = run.description[part]
+        values = (f"{name} = {value}" for name, value in told.items() if name != "name" and value is not None)
+        table.add_row(Text(part, "dim"), f"{name_of(told)}: {', '.join(values)}")
     return table
 
 

@@ -151,7 +151,8 @@ def read_toml(path: Path) -> dict[str, Any]:
 def with_changes(tables: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
     """A copy of ``tables`` with values changed by dotted name: ``{"law.K": 0.02}`` changes K in the table ``law``.
 
-    A name such as ``law = "pd"`` becomes a table where a parameter of it is changed.
+    A name such as ``law = "pd"`` becomes a table where a parameter of it is changed. Where a name is changed, the
+    parameters go with it, but for the size of a disturbance, which every shape has.
     """
     result = dict(tables)
     for dotted, value in changes.items():
@@ -162,5 +163,7 @@ def with_changes(tables: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[
         table = result.get(key, {})
         if not isinstance(table, Mapping):
             table = {"level" if isinstance(table, int | float) else "name": table}
+        if parameter == "name" and table.get("name") != value:
+            table = {name: kept for name, kept in table.items() if name in ("level", "amplitude")}
         result[key] = {**table, parameter: value}
     return result

@@ -8,6 +8,7 @@ digest of everything that it was compiled from, so that an edit of any helper is
 import hashlib
 import marshal
 import re
+import sys
 import types
 from collections.abc import Callable
 from functools import cache
@@ -75,6 +76,9 @@ class _Source:
         code = function.__code__
         file = Path(code.co_filename)
         self.digest.update(file.read_bytes() if file.is_file() else marshal.dumps(code))
+        self.digest.update(repr(function.__defaults__).encode())
+        if file.is_file() and _foreign(function):
+            self.add_neighbours(file.resolve().parent)
         scope = dict(function.__globals__)
         for name in sorted(_names(code)):
             if name in scope:
@@ -82,6 +86,13 @@ class _Source:
         copy = types.FunctionType(code, scope, function.__name__, function.__defaults__)
         copy.__qualname__ = function.__qualname__
         return copy
+
+    def add_neighbours(self, folder: Path) -> None:
+        """Digests every module loaded from a user's folder: what a law takes from them may have come from others."""
+        for name in sorted(sys.modules):
+            file = Path(getattr(sys.modules[name], "__file__", None) or "")
+            if file.suffix == ".py" and file.is_relative_to(folder) and not file.is_relative_to(sys.prefix):
+                self.digest.update(file.read_bytes())
 
     def replacement(self, name: str, value: Any) -> Any:
         numba = _numba()
@@ -97,8 +108,7 @@ class _Source:
             if value not in self.compiled:
                 self.open.add(value)
                 # a user's law may index out of range, which unchecked would write into foreign memory
-                foreign = not value.__module__.startswith("spherical_wrist.")
-                options = {"nogil": True, "error_model": "numpy", "boundscheck": foreign}
+                options = {"nogil": True, "error_model": "numpy", "boundscheck": _foreign(value)}
                 self.compiled[value] = numba.njit(**options)(self.translate(value))
                 self.open.remove(value)
             return self.compiled[value]
@@ -111,6 +121,11 @@ class _Source:
         elif not isinstance(value, type):
             self.digest.update(repr(value).encode())
         return value
+
+
+def _foreign(function: Function) -> bool:
+    """Whether a function is none of this package's."""
+    return not str(function.__module__).startswith("spherical_wrist.")
 
 
 def _names(code: types.CodeType) -> set[str]:

@@ -90,8 +90,9 @@ def physics_model(wrist: Wrist, timestep: float) -> mujoco.MjModel:
     spec.option.timestep = timestep
     try:
         model = spec.compile()
-    except (ValueError, mujoco.FatalError) as error:
-        raise ModelError(f"the wrist does not compile without its visual parts: {one_line(error)}") from None
+    except (ValueError, mujoco.FatalError):  # inertia that must come from geometry, all of it visual
+        spec.compiler.discardvisual = False
+        model = spec.compile()
     off = mujoco.mjtDisableBit
     model.opt.disableflags |= off.mjDSBL_SENSOR | off.mjDSBL_AUTORESET
     touching = bool(model.npair or any(model.geom_contype | model.geom_conaffinity))
