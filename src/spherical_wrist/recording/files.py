@@ -35,7 +35,7 @@ def write_whole(path: Path, content: bytes) -> None:
     try:
         _check_kind(path, target)
         _fill(part, content)
-        os.replace(part, target)  # noqa: PTH105 -- the rest of this file is os calls, too
+        part.replace(target)
     except OSError as error:
         advice = _ADVICE.get(error.errno or 0, "choose another place")
         reason = error.strerror or str(error)
