@@ -13,11 +13,13 @@ ROOT = Path(spherical_wrist.__file__).parent
 LEVELS = (
     {"errors"},
     {"parameters", "so3", "wrist"},
-    {"dynamics", "kinematics", "fuzzy", "reference", "disturbance"},
+    {"dynamics", "kinematics", "fuzzy", "reference", "disturbance"}
+    | {"angle_chart", "angle_dynamics", "denavit_hartenberg", "inverse_kinematics"},
     {"control", "plant"},
     {"simulation"},
     {"metrics", "recording"},
-    {"experiment", "inspection"},
+    {"experiment", "inspection", "lyapunov"},
+    {"paper"},
     {"cli"},
 )
 LEVEL = {room: level for level, rooms in enumerate(LEVELS) for room in rooms}
@@ -27,6 +29,7 @@ KEPT = {
     "ctypes": {"simulation/physics.py"},
     "rerun": {str(path.relative_to(ROOT)) for path in (ROOT / "recording").glob("*.py")},
     "typer": {"cli/__init__.py", "cli/app.py"},
+    "matplotlib": {"fuzzy/picture.py", "paper/figures.py"},
 }
 FILES = sorted(path for path in ROOT.rglob("*.py") if path != ROOT / "__init__.py")
 

@@ -137,7 +137,7 @@ def test_compiled_equals_interpreted(law):
     choices = [{}]
     for name, field in law.model_fields.items():
         if get_origin(field.annotation) is Literal:
-            choices = [{name: choice} for choice in get_args(field.annotation)]
+            choices += [{name: choice} for choice in get_args(field.annotation)]
     for choice in choices:
         given = signals(200, seed=3)
         (plain, state), (machine, other_state) = steps(law(**choice), given), compiled_steps(law(**choice), given)

@@ -47,6 +47,8 @@ def test_the_printed_table_is_that_of_the_default_run():
         ("computed_torque", "8.6·10⁻²", "4.9"),
         ({"name": "computed_torque", "Kp": 10000, "Kv": 200}, "3.5·10⁻³", "0.20"),
         ("sliding_computed_torque", "2.7·10⁻³", "0.16"),
+        ("sliding_mode", "8.4·10⁻⁴", "0.048"),
+        ("adaptive_fuzzy_sliding_computed_torque", "3.3·10⁻⁴", "0.024"),
         ("fuzzy_sliding_computed_torque", "4.7·10⁻⁴", "0.027"),
         ({"switching": "sign"}, "1.9·10⁻⁴", "0.014"),
     ],

@@ -15,8 +15,10 @@ from spherical_wrist.simulation.outcome import Status
 BOUNDS = {
     "pd": (0.105, 0.135),
     "computed_torque": (0.100, 0.135),
+    "sliding_mode": (9.7e-4, 1.28e-3),
     "sliding_computed_torque": (3.1e-3, 4.1e-3),
     "fuzzy_sliding_computed_torque": (5.5e-4, 7.2e-4),
+    "adaptive_fuzzy_sliding_computed_torque": (3.9e-4, 5.5e-4),
 }
 """RMS and largest attitude error [rad] of each law on the Lissajous motion against 25 %, over masses 0.5 … 1.5."""
 

@@ -111,3 +111,14 @@ def list_(
     from spherical_wrist.cli.list import list_parameters
 
     list_parameters(json)
+
+
+@app.command()
+def paper(
+    output: Annotated[Path, Option("--output", "-o", metavar="DIR", help="folder to write")] = Path("paper"),
+    json: Annotated[bool, Option("--json", help="print one JSON object and nothing else")] = False,
+) -> None:
+    """Regenerate the evaluation of the source paper: its table and figures, and a verdict on each of its claims."""
+    from spherical_wrist.cli.paper import regenerate_paper
+
+    regenerate_paper(output, json)

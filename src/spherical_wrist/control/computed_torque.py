@@ -1,4 +1,9 @@
-"""Computed torque, eq. (14): feedback linearisation with a PD law around it."""
+"""Computed torque, eq. (14): feedback linearisation with a PD law around it.
+
+With x = (e, ė), e = desired − actual as in eq. (9), the wrist in the Brunovsky form of eq. (10)–(11) is
+ẋ = [[0, 1], [0, 0]] x + [0, 1] U with the input U = q̈_d + H⁻¹ (N − τ), eq. (12). Its inverse τ = H (q̈_d − U) + N, eq.
+(13), turns any choice of U into a torque; U = −Kv ė − Kp e is eq. (14), and leaves the error dynamics of eq. (15).
+"""
 
 from typing import Any
 

@@ -18,7 +18,7 @@ source runs interpreted. To write one of your own::
 and ``wrist run --law my_law.py:Spring``.
 """
 
-from collections.abc import MutableSequence
+from collections.abc import Mapping, MutableSequence
 from pathlib import Path
 from typing import Any, ClassVar, Literal, Protocol, get_args
 
@@ -154,17 +154,32 @@ class Law(Member):
         """Half-width per axis of the band around S = 0 [rad/s] that counts as having reached it; None without one."""
         return None
 
+    def derived(self) -> Mapping[str, Array]:
+        """Arrays that follow from the parameters, such as a table, which ``step`` sees beside them by these names.
+
+        They are asked for more than once: keep what takes long to compute. A shape of its own is compiled on its own.
+        """
+        return {}
+
     def packed(self) -> Array:
         """The parameters as the bytes of one record of :meth:`layout`, in a float64 array for the compiled loop."""
         record = np.zeros(1, self.layout())
-        for name in type(self).model_fields:
-            record[name] = _numbers(self, name)
+        for name, value in self._arrays().items():
+            record[name] = value
         return record.view(np.float64)
 
     def layout(self) -> np.dtype[Any]:
         """The record that ``step`` sees as ``parameters``: every field a float64, or an array of them."""
-        shapes = [(name, "f8", _numbers(self, name).shape) for name in type(self).model_fields]
+        shapes = [(name, "f8", value.shape) for name, value in self._arrays().items()]
         return np.dtype([*shapes, ("_", "f8")])  # never empty
+
+    def _arrays(self) -> dict[str, Array]:
+        """The parameters, then what is derived from them."""
+        parameters = {name: _numbers(self, name) for name in type(self).model_fields}
+        derived = {name: np.asarray(value, dtype=np.float64) for name, value in self.derived().items()}
+        for name in derived.keys() & parameters.keys():
+            raise LawError(f"law {self.name!r}: derived() returns {name!r}, the name of a parameter: take another")
+        return {**parameters, **derived}
 
 
 class ModelBasedLaw(Law):

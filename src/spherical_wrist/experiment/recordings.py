@@ -10,7 +10,6 @@ from spherical_wrist.experiment.run import Run
 from spherical_wrist.metrics import Measurement, Metrics
 from spherical_wrist.recording import read_recording, write_recording
 from spherical_wrist.simulation.outcome import Outcome, Status
-from spherical_wrist.simulation.series import COLUMNS
 
 
 def record(run: Run, path: Path | str) -> None:
@@ -38,7 +37,7 @@ def load_recording(path: Path | str) -> Run:
     properties = recording.properties
     try:
         return Run(
-            **{name: getattr(recording.series, name) for name in COLUMNS},
+            **recording.series.arrays(),
             description=properties["experiment"],
             outcome=_outcome(properties["outcome"]),
             metrics=Metrics(**properties["metrics"]),

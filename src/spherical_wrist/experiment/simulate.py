@@ -14,7 +14,7 @@ from spherical_wrist.simulation.closed_loop import ClosedLoop
 from spherical_wrist.simulation.engine import compiled_engine, interpreted_engine
 from spherical_wrist.simulation.nominal import peak_torque
 from spherical_wrist.simulation.outcome import Outcome, Status
-from spherical_wrist.simulation.series import COLUMNS, Series
+from spherical_wrist.simulation.series import Series
 
 
 def simulate(
@@ -77,7 +77,7 @@ def simulate(
     wall_time = time.perf_counter() - began
     series = Series.joined(kept)
     return Run(
-        **{name: getattr(series, name) for name in COLUMNS},
+        **series.arrays(),
         description=experiment.model_dump(mode="json"),
         outcome=outcome,
         metrics=meter.result(),

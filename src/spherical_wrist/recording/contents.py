@@ -4,7 +4,7 @@ import numpy as np
 import numpy.typing as npt
 
 from spherical_wrist.errors import RecordingError
-from spherical_wrist.simulation.series import COLUMNS, WIDTHS, Series
+from spherical_wrist.simulation.series import WIDTHS, Series
 
 _ETERNITY = 3.15e9
 
@@ -18,9 +18,9 @@ def arrays_of(series: Series) -> dict[str, npt.NDArray[np.float64]]:
     rows = len(series)
     if not rows:
         raise RecordingError("a series without rows cannot be recorded: let the run make at least one step")
-    arrays = {name: np.ascontiguousarray(getattr(series, name), dtype=np.float64) for name in COLUMNS}
+    arrays = {name: np.ascontiguousarray(array, dtype=np.float64) for name, array in series.arrays().items()}
     for name, array in arrays.items():
-        expected = (rows, WIDTHS[name]) if WIDTHS[name] else (rows,)
+        expected = (rows, WIDTHS.get(name, array.shape[-1])) if WIDTHS.get(name, 1) else (rows,)
         if array.shape != expected:
             raise RecordingError(f"the array {name!r} of the series has shape {array.shape}; it must be {expected}")
     if not (np.abs(arrays["time"]) < _ETERNITY).all():

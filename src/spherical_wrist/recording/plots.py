@@ -7,7 +7,7 @@ import numpy.typing as npt
 import rerun as rr
 
 from spherical_wrist.recording.layout import PLOTTED, SERIES, plot_entity
-from spherical_wrist.simulation.series import COLUMNS, WIDTHS
+from spherical_wrist.simulation.series import COLUMNS
 
 Array = npt.NDArray[np.float64]
 
@@ -50,13 +50,13 @@ def send_arrays(recording: rr.RecordingStream, time: rr.TimeColumn, arrays: Mapp
         )
         recording.log(plot_entity(name), style, static=True)
         recording.send_columns(plot_entity(name), [time], rr.Scalars.columns(scalars=arrays[name]))
-    rest = [_component(name, array) for name, array in arrays.items() if name not in own]
+    rest = [_component(name, array) for name, array in arrays.items() if name not in own and array.size]
     recording.send_columns(SERIES, [time], rest)
 
 
 def _component(name: str, array: Array) -> rr.ComponentColumn:
     batch = rr.components.ScalarBatch(array.ravel())
-    lengths = np.full(len(array), WIDTHS[name] or 1)
+    lengths = np.full(len(array), array[0].size)
     return rr.ComponentColumn(rr.ComponentDescriptor(name), batch, lengths=lengths)
 
 

@@ -95,4 +95,6 @@ def _arrays(tables: dict[str, Table]) -> dict[str, npt.NDArray[np.float64]]:
         own = tables.get(f"/{plot_entity(name)}")
         flat = tables[f"/{SERIES}"][name] if own is None else own["Scalars:scalars"]
         arrays[name] = flat.reshape(-1, WIDTHS[name]) if WIDTHS[name] else flat
+    state = tables[f"/{SERIES}"].get("law_state", np.empty(0))
+    arrays["law_state"] = state.reshape(len(arrays["time"]), -1)
     return arrays

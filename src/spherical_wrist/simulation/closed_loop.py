@@ -118,6 +118,7 @@ class ClosedLoop:
         later = self._reference.motion(time + ahead) if ahead > 0.0 else desired
         disturbance = self._disturbance(timing.steps(self.sample, last))
         log = np.empty(len(time), loop.LOG)
+        states = np.empty((len(time), self._law.state_size))
         self._settings["first"] = self.sample
         try:
             with warnings_kept_in_data():
@@ -134,12 +135,14 @@ class ClosedLoop:
                     engine.record(self._signal),
                     engine.record(self._command),
                     engine.records(log),
+                    states,
                 )
         except Exception as error:  # nothing in the loop raises but a law, which may raise anything
             self._blame(f"raised {type(error).__name__}: {one_line(error)}")
         self.sample += progress.logged
         self._conclude(progress.status)
-        return _series(self._wrist, time, desired, disturbance[:: timing.substeps], log, progress.logged)
+        held = disturbance[:: timing.substeps]
+        return _series(self._wrist, time, desired, held, log, states, progress.logged)
 
     def _conclude(self, status: int) -> None:
         time = self.sample * self._timing.control_period
@@ -207,7 +210,7 @@ def _initial_state(law: Law) -> Array:
     return state if law.state_size else np.zeros(1)
 
 
-def _series(wrist: Wrist, time: Array, desired: Any, disturbance: Array, log: Any, count: int) -> Series:
+def _series(wrist: Wrist, time: Array, desired: Any, disturbance: Array, log: Any, states: Array, count: int) -> Series:
     columns = {name: np.ascontiguousarray(log[name][:count]) for name in loop.LOG.names or ()}
     desired_attitude = np.ascontiguousarray(desired["attitude"][:count])
     return Series(
@@ -218,4 +221,5 @@ def _series(wrist: Wrist, time: Array, desired: Any, disturbance: Array, log: An
         disturbance=np.ascontiguousarray(disturbance[:count]),
         tip=tip_position(columns["attitude"], wrist.anchor, wrist.lever),
         desired_tip=tip_position(desired_attitude, wrist.anchor, wrist.lever),
+        law_state=states[:count],
     )

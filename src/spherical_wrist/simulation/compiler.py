@@ -49,7 +49,7 @@ def _signatures() -> Any:
     law = t.void(record(SIGNAL), vector, vector, record(COMMAND))
     loop = (
         t.FunctionType(law), vector, vector, plant, nominal, record(SETTINGS), motion, motion, matrix,
-        record(SIGNAL), record(COMMAND), log,
+        record(SIGNAL), record(COMMAND), log, matrix,
     )  # fmt: skip
     return types.SimpleNamespace(law=law, loop=loop, inverse=(nominal, motion, matrix, matrix))
 

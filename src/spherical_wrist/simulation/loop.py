@@ -88,6 +88,7 @@ def close_loop(
     signal: Any,
     command: Any,
     log: Any,
+    states: Array,
 ) -> Progress:
     """Runs ``len(desired)`` control periods from the plant's present state.
 
@@ -104,6 +105,7 @@ def close_loop(
         signal: a SIGNAL record, working memory.
         command: a COMMAND record, working memory.
         log: array of LOG (n,), written.
+        states: the law's state before each step (n, size of the state), written.
     """
     for k in range(len(desired)):
         p, w = plant.qpos, plant.qvel
@@ -111,6 +113,8 @@ def close_loop(
         rate = (w[0], w[1], w[2])
         sense(signal, settings, k, q, rate, desired[k])
         model_ahead(signal, settings, nominal, q, rate, desired[k], ahead[k])
+        for i in range(states.shape[1]):
+            states[k, i] = state[i]
         for i in range(3):
             command.torque[i] = command.surface[i] = command.slope[i] = np.nan
         law(signal, parameters, state, command)

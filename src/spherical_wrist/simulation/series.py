@@ -35,6 +35,7 @@ class Series:
         tip: tool tip in the world [m], (n, 3).
         desired_tip: where the tip would be at the desired attitude [m], (n, 3).
         saturated: 1 where a motor limit cut the commanded torque, else 0, (n,).
+        law_state: what the law keeps from step to step, before this instant's step, (n, m); m = 0 for most laws.
     """
 
     time: Array = _column("s", "control instant", ())
@@ -51,19 +52,30 @@ class Series:
     tip: Array = _column("m", "tool tip, world frame")
     desired_tip: Array = _column("m", "desired tool tip, world frame")
     saturated: Array = _column("", "a motor limit cut the torque", ())
+    law_state: Array = field(default_factory=lambda: np.empty((0, 0)))
+
+    def __post_init__(self) -> None:
+        """Gives a series whose law keeps no state the shape of one that keeps nothing at each instant."""
+        if not self.law_state.size:
+            object.__setattr__(self, "law_state", np.empty((len(self.time), 0)))
 
     def __len__(self) -> int:
         """The number of rows."""
         return len(self.time)
 
+    def arrays(self) -> dict[str, Any]:
+        """Every array by name: the columns and the law's state."""
+        return {name: getattr(self, name) for name in (*COLUMNS, "law_state")}
+
     def rows(self, which: slice) -> "Series":
         """The rows that a slice selects, as views."""
-        return Series(**{name: getattr(self, name)[which] for name in COLUMNS})
+        return Series(**{name: array[which] for name, array in self.arrays().items()})
 
     @classmethod
     def joined(cls, parts: Sequence["Series"]) -> Self:
         """Several series, one after the other."""
-        return cls(**{name: np.concatenate([getattr(part, name) for part in parts]) for name in COLUMNS})
+        pieces = [part.arrays() for part in parts if len(part)] or [parts[0].arrays()]
+        return cls(**{name: np.concatenate([piece[name] for piece in pieces]) for name in pieces[0]})
 
     @classmethod
     def empty(cls) -> Self:
@@ -71,7 +83,7 @@ class Series:
         return cls(**{name: np.empty((0, width) if width else 0) for name, width in WIDTHS.items()})
 
 
-COLUMNS = {column.name: column.metadata for column in fields(Series)}
+COLUMNS = {column.name: column.metadata for column in fields(Series) if column.metadata}
 """Unit, meaning and axes of every array of a series, by name."""
 
 WIDTHS = {name: len(info["axes"]) for name, info in COLUMNS.items()}

@@ -1,0 +1,192 @@
+"""A picture of a rule base: its fuzzy sets, its output over the inputs, slices of it, and what the report found.
+
+The only file that imports matplotlib, and only when a picture is drawn. It makes figures without pyplot: nothing global
+is touched, and no screen is needed.
+"""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from spherical_wrist.errors import ParameterError
+from spherical_wrist.fuzzy.findings import Report, report
+from spherical_wrist.fuzzy.mamdani import Mamdani
+from spherical_wrist.fuzzy.rules import Inference
+from spherical_wrist.fuzzy.takagi_sugeno import Sugeno
+from spherical_wrist.fuzzy.variable import Variable
+
+FORMATS = (".png", ".svg", ".pdf")
+_STYLE: dict[Any, Any] = {
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "font.size": 9.0,
+    "svg.hashsalt": "spherical-wrist",
+}
+_GAP = "#c8c8c8"
+
+
+class Picture(NamedTuple):
+    """A drawn rule base.
+
+    Attributes:
+        figure: a ``matplotlib.figure.Figure``.
+        report: what was found on the grid that is drawn.
+    """
+
+    figure: Any
+    report: Report
+
+
+def picture(
+    inference: Inference,
+    path: str | Path | None = None,
+    *,
+    title: str = "",
+    points: int = 241,
+    threshold: float = 0.01,
+    held: Mapping[str, float] | None = None,
+) -> Picture:
+    """Draws a rule base with its inference, and saves the drawing if a path is given.
+
+    Args:
+        inference: a ``Sugeno`` or a ``Mamdani``; of the law, ``law.tuner.system()``.
+        path: where to save it; ``.png``, ``.svg`` or ``.pdf``.
+        title: above the drawing.
+        points: see :func:`spherical_wrist.fuzzy.findings.report`.
+        threshold: likewise.
+        held: likewise.
+
+    Raises:
+        ParameterError: the path has another ending, or its folder does not exist.
+    """
+    file = None if path is None else Path(path)
+    if file is not None and (file.suffix.lower() not in FORMATS or not file.parent.is_dir()):
+        raise ParameterError(f"picture path {str(file)!r}: an existing folder and {', '.join(FORMATS)} are needed")
+    import matplotlib as mpl
+    from matplotlib.figure import Figure
+
+    found = report(inference, points, threshold, held)
+    with mpl.rc_context(_STYLE):
+        figure = Figure(figsize=(11.0, 7.4), layout="constrained")
+        parts: Any = figure.subfigures(3, 1, height_ratios=(1.0, 2.0, 0.1 + 0.09 * len(found.lines())))
+        top, bottom, foot = parts
+        variables = inference.rules.variables
+        panels = top.subplots(1, len(variables) + 1, sharey=True)
+        for panel, variable in zip(panels, variables, strict=False):
+            _draw_sets(panel, variable)
+        panels[0].set_ylabel("degree")
+        _draw_outputs(panels[-1], inference, found)
+        if len(variables) > 1:
+            surface, slices = bottom.subplots(1, 2, width_ratios=(1.25, 1.0))
+            _draw_surface(surface, found)
+        else:
+            slices = bottom.subplots()
+        _draw_slices(slices, found)
+        if title:
+            figure.suptitle(title, weight="bold")
+        foot.text(0.012, 0.5, "\n".join(found.lines()), va="center", linespacing=1.5)
+        if file is not None:
+            # without a date, so that the same rule base makes the same file
+            figure.savefig(file, dpi=160, metadata={"Date": None} if file.suffix.lower() == ".svg" else None)
+    return Picture(figure, found)
+
+
+def _colours(count: int) -> Any:
+    import matplotlib as mpl
+
+    return mpl.colormaps["viridis"](np.linspace(0.0, 0.88, count))
+
+
+def _label(variable: Variable) -> str:
+    return f"{variable.name} / {variable.unit}" if variable.unit else variable.name
+
+
+def _draw_sets(panel: Any, variable: Variable) -> None:
+    """The membership functions of one variable, with its values' names above their highest points."""
+    x = variable.grid(1001)
+    degrees = variable.degrees(x)
+    peaks = {value: float(x[mu >= mu.max() - 1e-12].mean()) for value, mu in degrees.items()}
+    for (value, mu), colour in zip(degrees.items(), _colours(len(degrees)), strict=True):
+        panel.plot(x, np.where(mu > 0.0, mu, np.nan), color=colour, lw=1.6)
+        share = (peaks[value] - variable.low) / (variable.high - variable.low)
+        side = "left" if share < 0.02 else "right" if share > 0.98 else "center"
+        shift = {"left": 3, "center": 0, "right": -3}[side]
+        panel.annotate(value, (peaks[value], mu.max()), (shift, 4), textcoords="offset points", ha=side, color=colour)
+    panel.set(xlabel=_label(variable), xlim=(variable.low, variable.high), ylim=(0.0, 1.18), yticks=(0.0, 0.5, 1.0))
+    panel.locator_params(axis="x", nbins=5)
+
+
+def _draw_outputs(panel: Any, inference: Inference, found: Report) -> None:
+    """The then-parts: sets, or numbers as singletons."""
+    if isinstance(inference, Mamdani):
+        _draw_sets(panel, inference.output)
+        panel.set_title("then-sets", fontsize=9.0)
+        return
+    panel.set(xlabel=inference.name, ylim=(0.0, 1.18))
+    if isinstance(inference, Sugeno):
+        grid = np.meshgrid(found.first, found.second, indexing="ij")[: len(found.variables)]
+        inputs: tuple[npt.ArrayLike, ...] = (*(x.ravel() for x in grid), *found.held.values())
+        strongest = inference.rules.strengths(*inputs).argmax(axis=1)
+        consequents = inference.consequents(*inputs)
+        values, counts = np.unique(consequents[np.arange(len(strongest)), strongest].round(9), return_counts=True)
+        panel.vlines(values, 0.0, 1.0, colors=_colours(len(values)), lw=2.0)
+        for value, count in zip(values, counts, strict=True):
+            panel.annotate(f"×{count}", (value, 1.0), (0, 4), textcoords="offset points", ha="center")
+        where = " where their rules fire most" if inference.order else ""
+        panel.set_title(f"then-parts{where}, × number of rules", fontsize=9.0)
+
+
+def _draw_surface(panel: Any, found: Report) -> None:
+    """The output over both inputs as colours with contours; gaps hatched, where it is not positive outlined."""
+    from matplotlib.ticker import MaxNLocator
+
+    first, second = found.variables
+    # rounded, or a contour at the height of a plateau would trace the rounding errors on it
+    shown = np.ma.masked_invalid(found.output.T.round(9))
+    panel.set_facecolor(_GAP)
+    if shown.count():
+        mesh = panel.pcolormesh(found.first, found.second, shown, cmap="viridis", shading="gouraud", rasterized=True)
+        panel.figure.colorbar(mesh, ax=panel, pad=0.02)
+        if found.highest - found.lowest > 1e-9 * abs(found.highest):
+            round_numbers = np.asarray(MaxNLocator(10).tick_values(found.lowest, found.highest))
+            # not the very ends, where a contour would be a corner of the panel
+            margin = 0.01 * (found.highest - found.lowest)
+            inside = (found.lowest + margin < round_numbers) & (round_numbers < found.highest - margin)
+            levels = round_numbers[inside]
+            lines = panel.contour(found.first, found.second, shown, levels=levels, colors="white", linewidths=0.6)
+            panel.clabel(lines, fontsize=7, fmt="%.3g")
+        if not found.positive and found.lowest <= 0.0:
+            panel.contourf(found.first, found.second, shown, levels=[found.lowest - 1.0, 0.0], colors="red", alpha=0.5)
+    if found.gaps.any():
+        panel.contourf(
+            found.first, found.second, found.gaps.T.astype(float), levels=[0.5, 1.5], colors="none", hatches=["////"]
+        )
+    title = f"{found.inference.name}({first.name}, {second.name})"
+    title += "   hatched: no rule fires" if found.gaps.any() else ""
+    title += "   red: not positive" if found.lowest <= 0.0 else ""
+    panel.set_title(title, fontsize=9.0)
+    panel.set(xlabel=_label(first), ylabel=_label(second))
+
+
+def _draw_slices(panel: Any, found: Report) -> None:
+    """The output over the first input, at five values of the second."""
+    name = found.inference.name
+    if len(found.variables) == 1:
+        panel.plot(found.first, found.output[:, 0], color=_colours(1)[0], lw=1.6)
+        panel.fill_between(found.first, 0, 1, found.gaps[:, 0], color=_GAP, transform=panel.get_xaxis_transform())
+    else:
+        second = found.variables[1].name
+        columns = np.linspace(0, len(found.second) - 1, 5).round().astype(int)
+        for column, colour in zip(columns, _colours(len(columns)), strict=True):
+            label = f"{second} = {found.second[column]:.3g}".replace("-", "−")
+            # dashes for the lower half: slices at opposite values often coincide, and both are to be seen
+            style: dict[str, Any] = {"ls": (0, (4, 3)), "zorder": 3} if 2 * column < len(found.second) - 1 else {}
+            panel.plot(found.first, found.output[:, column], color=colour, lw=1.6, label=label, **style)
+        panel.legend(frameon=False, fontsize=8)
+    if found.lowest <= 0.0:
+        panel.axhline(0.0, color="red", lw=0.8)
+    panel.grid(alpha=0.25)
+    panel.set(xlabel=_label(found.variables[0]), ylabel=name, xlim=(found.first[0], found.first[-1]))

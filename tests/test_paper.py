@@ -1,0 +1,145 @@
+"""The paper's evaluation: what it writes, and that its verdicts follow from the runs."""
+
+import json
+import re
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from matplotlib.image import imread
+
+from spherical_wrist import Experiment, load_recording, simulate
+from spherical_wrist.errors import ParameterError
+from spherical_wrist.inspection import inspect
+from spherical_wrist.paper import claims, setting
+from spherical_wrist.paper.evaluation import Case, experiment
+from spherical_wrist.paper.findings import Verdict
+from spherical_wrist.paper.report import regenerate
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    return tmp_path_factory.mktemp("paper")
+
+
+@pytest.fixture(scope="module")
+def told(folder):
+    return regenerate(folder)
+
+
+def entry(told, method, variant, level):
+    """The error of one entry of the table."""
+    (found,) = (
+        row
+        for row in told["table"]
+        if (row["method"], row["variant"], row["disturbance_level"]) == (method, variant, level)
+    )
+    return found["rms_error_rad"]
+
+
+def verdicts(told):
+    return {claim["source"]: claim["verdict"] for claim in told["claims"]}
+
+
+def test_every_entry_has_error_and_chattering(told):
+    methods = {setting.SLIDING, setting.BASELINE, setting.PROPOSED}
+    assert len(told["table"]) == 2 + 2 * len(methods) * len(setting.VARIANTS)
+    for row in told["table"]:
+        assert row["outcome"] == "completed"
+        assert row["rms_error_rad"] > 0.0
+        assert row["chattering_Nm_per_s"] > 0.0
+    json.dumps(told, allow_nan=False)
+
+
+def test_table_1_equations_34_to_48_the_proposal_earns_the_papers_errors_as_written(told):
+    assert entry(told, setting.PROPOSED, setting.MAIN, 0.0) <= 2.0e-4
+    assert entry(told, setting.PROPOSED, setting.MAIN, 0.25) <= 2.2e-4
+
+
+def test_slope_tuning_alone_does_not_make_the_contrast(told):
+    """At equal K and sign both fail alike by (d − K)/(H Kp) where K is too small: worked out here from the model."""
+    errors = [entry(told, method, setting.WEAK, 0.25) for method in (setting.BASELINE, setting.PROPOSED)]
+    H = np.array([3.93714911e-4, 3.93768282e-4, 1.44701398e-4])  # models/README.md
+    expected = np.linalg.norm((told["disturbance_Nm"] - 0.003) / (400.0 * H))
+    assert errors == pytest.approx([expected, expected], rel=0.01)
+    written = [entry(told, method, setting.MAIN, 0.25) for method in (setting.BASELINE, setting.PROPOSED)]
+    assert written[0] / written[1] < 20.0
+    unequal = [entry(told, method, setting.UNEQUAL, 0.25) for method in (setting.BASELINE, setting.PROPOSED)]
+    assert unequal[0] / unequal[1] > 50.0
+
+
+def test_verdicts(told):
+    found = verdicts(told)
+    assert found["Table 1, 0 %"] == "reproduced"
+    assert found["Figure 1"] == "reproduced"
+    assert found["Figure 2, conclusion"] == "not reproduced"
+    assert found["eq. (15)"] == "reproduced"
+    assert found["eq. (36)–(43)"] == "reproduced under a condition"
+    assert [c["verdict"] for c in told["claims"] if c["source"] == "Table 1, 25 %"] == [
+        "reproduced under a condition",
+        "not reproduced",
+    ]
+
+
+def test_verdicts_follow_from_the_numbers():
+    """With other runs the verdicts would be others."""
+    fake = SimpleNamespace(
+        error=lambda method, variant, level: 0.12 if method == setting.BASELINE else 2.2e-4,
+        chattering=lambda method, variant, level: 1.0 if method == setting.BASELINE else 0.1,
+        ripple=lambda method, variant, level: 1.0 if method == setting.BASELINE else 0.1,
+        unresisted=lambda gain: 0.0,
+        disturbance=0.004,
+    )
+    assert claims.contrast(fake).verdict is Verdict.REPRODUCED
+    assert claims.undisturbed(fake).verdict is Verdict.NOT_REPRODUCED
+    assert claims.fluctuation(fake).verdict is Verdict.REPRODUCED
+    assert claims.chattering_is_reduced(fake).verdict is Verdict.REPRODUCED
+    assert claims.switching_chatters(fake).verdict is Verdict.NOT_REPRODUCED
+    assert claims.plain_is_not_robust(fake).verdict is Verdict.NOT_REPRODUCED
+
+
+def test_the_report_has_the_table_the_claims_and_its_pictures(told, folder):
+    text = (folder / "report.md").read_text(encoding="utf-8")
+    for claim in told["claims"]:
+        assert claim["claim"] in text
+        assert claim["evidence"] in text
+    assert len(re.findall(r"^\| .* \| .* \|", text, re.MULTILINE)) >= len(told["table"]) // 2
+    for name in re.findall(r"\]\((.*?)\)", text):
+        assert (folder / name).is_file()
+    assert set(told["files"]) == {str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_file()}
+
+
+def test_the_figures_are_pictures_with_something_on_them(told, folder):
+    for name in ("figure-1", "figure-2"):
+        picture = imread(folder / f"{name}.png")
+        assert min(picture.shape[:2]) > 900
+        assert np.ptp(picture[..., :3]) == pytest.approx(1.0)
+        assert (folder / f"{name}.svg").read_text(encoding="utf-8").count("<path") > 20
+
+
+def test_the_recordings_are_the_runs_of_the_table(told, folder):
+    names = [name for name in told["files"] if name.endswith(".rrd")]
+    assert len(names) == 14
+    case = Case(setting.PROPOSED, setting.MAIN, 0.25)
+    found = inspect(folder / f"recordings/{case.name}.rrd")
+    assert found.mismatches == ()
+    assert found.run.metrics.rms_error_rad == entry(told, *case)
+    again = simulate(load_recording(folder / f"recordings/{case.name}.rrd").experiment)
+    assert again.torque.tobytes() == found.run.torque.tobytes()
+
+
+def test_both_methods_share_every_choice():
+    """But for the variant that says otherwise."""
+    for name in set(setting.VARIANTS) - {setting.UNEQUAL}:
+        gains = setting.VARIANTS[name].gains
+        assert gains[setting.BASELINE] == gains[setting.PROPOSED] == gains[setting.SLIDING]
+        fixed, tuned = (experiment(Case(method, name, 0.25)) for method in (setting.BASELINE, setting.PROPOSED))
+        shared = type(fixed.law).model_fields
+        assert all(getattr(fixed.law, field) == getattr(tuned.law, field) for field in shared)
+    assert Experiment().law.Kp == experiment(Case(setting.PLAIN, "", 0.0)).law.Kp
+
+
+def test_a_folder_that_cannot_be_made_is_one_line(tmp_path):
+    (tmp_path / "file").write_text("")
+    with pytest.raises(ParameterError, match="cannot be made"):
+        regenerate(tmp_path / "file" / "paper")
