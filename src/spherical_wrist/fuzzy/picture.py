@@ -1,6 +1,6 @@
 """A picture of a rule base: its fuzzy sets, its output over the inputs, slices of it, and what the report found.
 
-The only file that imports matplotlib, and only when a picture is drawn. It makes figures without pyplot: nothing global
+The only file of this room that imports matplotlib, and only when a picture is drawn. It makes figures without pyplot: nothing global
 is touched, and no screen is needed.
 """
 

@@ -8,7 +8,9 @@ import numpy as np
 from matplotlib.figure import Figure
 from scipy.spatial.transform import Rotation
 
+from spherical_wrist.control import FuzzySlidingComputedTorque
 from spherical_wrist.experiment.run import Run
+from spherical_wrist.fuzzy.picture import picture
 from spherical_wrist.paper.evaluation import Case, Evaluation
 from spherical_wrist.paper.setting import BASELINE, MAIN, PLAIN, PROPOSED, SMOOTH
 
@@ -66,8 +68,8 @@ def figure_2(found: Evaluation) -> Figure:
                 below.plot(
                     run.time[shown], run.torque[shown, 0], **{**LOOK[method], "linewidth": 1.0}, drawstyle="steps-post"
                 )
-            above.set(title=title, ylim=(1e-5, 0.2))
-            below.set(xlabel="time [s]", xlim=ZOOM)
+            above.set(title=title, xlabel="time [s]", ylim=(1e-5, 0.2))
+            below.set(xlabel="time [s]", xlim=ZOOM, xticks=np.linspace(*ZOOM, 6)[:-1])
         axes[0, 0].set_ylabel("|e| [rad]")
         axes[1, 0].set_ylabel("τ about x [N·m]")
         drawing.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside upper center", ncols=3)
@@ -75,12 +77,15 @@ def figure_2(found: Evaluation) -> Figure:
 
 
 def save(found: Evaluation, folder: Path) -> list[str]:
-    """Writes both figures as PNG and SVG; returns the names of the files."""
+    """Writes both figures and a picture of the rule base as PNG and SVG; returns the names of the files."""
     names = []
     for name, drawing in (("figure-1", figure_1(found)), ("figure-2", figure_2(found))):
         for kind in ("png", "svg"):
             drawing.savefig(folder / f"{name}.{kind}", dpi=200, metadata={"Date": None} if kind == "svg" else None)
             names.append(f"{name}.{kind}")
+    for name in ("rules.png", "rules.svg"):
+        picture(FuzzySlidingComputedTorque().tuner.system(), folder / name)
+        names.append(name)
     return names
 
 

@@ -18,6 +18,7 @@ FIGURE_1 = (
 FIGURE_2 = (
     "A constant disturbance of 25 %: the size of the attitude error above, a twentieth of a second of the torque below."
 )
+RULES = "The 21 rules of the proposal: fuzzy sets of the error and of its rate, rule weights, and the factor α of the slope."
 DRAWN = ("", setting.MAIN, setting.SMOOTH)
 """Variants that the figures show, and whose runs are recorded."""
 
@@ -90,6 +91,9 @@ def text(found: Evaluation, findings: list[Finding]) -> str:
         "## Figure 2: disturbance rejection",
         "![Error and torque under the disturbance](figure-2.png)",
         FIGURE_2,
+        "## The fuzzy rules",
+        "![Membership functions, rule weights and slope](rules.png)",
+        RULES,
         "## Evidence",
         "\n".join(evidence),
         f"Made with {made_with}. The runs behind the figures are in `recordings/`, for `wrist inspect` to check.",
