@@ -1,7 +1,7 @@
 """A picture of a rule base: its fuzzy sets, its output over the inputs, slices of it, and what the report found.
 
-The only file of this room that imports matplotlib, and only when a picture is drawn. It makes figures without pyplot: nothing global
-is touched, and no screen is needed.
+The only file of this room that imports matplotlib, and only when a picture is drawn. It makes figures without pyplot:
+nothing global is touched, and no screen is needed.
 """
 
 from collections.abc import Mapping

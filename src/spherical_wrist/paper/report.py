@@ -18,7 +18,9 @@ FIGURE_1 = (
 FIGURE_2 = (
     "A constant disturbance of 25 %: the size of the attitude error above, a twentieth of a second of the torque below."
 )
-RULES = "The 21 rules of the proposal: fuzzy sets of the error and of its rate, rule weights, and the factor α of the slope."
+RULES = (
+    "The 21 rules of the proposal: fuzzy sets of the error and its rate, rule weights, and the slope that they make."
+)
 DRAWN = ("", setting.MAIN, setting.SMOOTH)
 """Variants that the figures show, and whose runs are recorded."""
 
