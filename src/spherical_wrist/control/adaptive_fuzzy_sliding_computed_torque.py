@@ -7,7 +7,7 @@ import numpy as np
 from spherical_wrist.control.computed_torque import computed_torque
 from spherical_wrist.control.contract import Array, Command, Signal
 from spherical_wrist.control.fuzzy_sliding_computed_torque import FuzzySlopeLaw
-from spherical_wrist.control.sliding_computed_torque import add_switching
+from spherical_wrist.control.sliding_surface import add_switching
 from spherical_wrist.errors import ParameterError
 from spherical_wrist.fuzzy import fuzzify, sugeno
 from spherical_wrist.parameters import Positive, quantity

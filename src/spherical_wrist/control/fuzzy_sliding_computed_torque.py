@@ -6,7 +6,8 @@ from pydantic import model_validator
 
 from spherical_wrist.control.computed_torque import computed_torque
 from spherical_wrist.control.contract import Array, Command, Signal
-from spherical_wrist.control.sliding_computed_torque import SlidingComputedTorque, add_switching
+from spherical_wrist.control.sliding_computed_torque import SlidingComputedTorque
+from spherical_wrist.control.sliding_surface import add_switching
 from spherical_wrist.fuzzy import Tuner, sugeno
 from spherical_wrist.fuzzy.antecedent import Conjunction
 from spherical_wrist.fuzzy.mamdani import Aggregation, Defuzzification

@@ -2,9 +2,9 @@
 
 from typing import Any
 
-from spherical_wrist.control.contract import Array, Command, ModelBasedLaw, Signal, SwitchingName
-from spherical_wrist.control.sliding_computed_torque import add_switching
-from spherical_wrist.parameters import Positive, PositiveVector, quantity
+from spherical_wrist.control.contract import Array, Command, Signal
+from spherical_wrist.control.sliding_surface import SlidingSurfaceLaw, add_switching
+from spherical_wrist.parameters import Positive, quantity
 
 
 def equivalent_torque(signal: Signal, slope: float, command: Command) -> None:
@@ -15,7 +15,7 @@ def equivalent_torque(signal: Signal, slope: float, command: Command) -> None:
             command.torque[i] += signal.H[i, j] * (signal.feed_forward[j] + slope * signal.rate_error[j])
 
 
-class SlidingMode(ModelBasedLaw):
+class SlidingMode(SlidingSurfaceLaw):
     """Sliding mode, eq. (16)–(25): τ = H (q̈_d + λ ė) + N + K sw(S / φ) with S = λ e + ė.
 
     S is eq. (17) with n = 2, one component per axis, body frame [rad/s]; H [kg·m²] and N [N·m] are the nominal model's,
@@ -35,15 +35,7 @@ class SlidingMode(ModelBasedLaw):
     so that the loop stays damped and within its rate at 1 kHz (β T < 0.9) for plants of 0.5 to 1.5 times the mass.
     """
 
-    K: PositiveVector = quantity((0.05, 0.05, 0.03), "N·m", "switching gain per axis")
     slope: Positive = quantity(100.0, "1/s", "slope λ of the sliding surface")
-    switching: SwitchingName = quantity("tanh", "", "switching function")
-    phi: PositiveVector = quantity((0.3, 0.3, 0.5), "rad/s", "boundary layer φ per axis; sign only reports with it")
-
-    @property
-    def boundary_layer(self) -> tuple[float, float, float]:
-        """The boundary layer φ."""
-        return self.phi
 
     @staticmethod
     def step(signal: Signal, parameters: Any, state: Array, command: Command) -> None:
