@@ -226,7 +226,9 @@ def test_a_model_with_more_than_eq_1_knows_is_refused(more):
 
 def test_limits_and_contacts_are_not_part_of_eq_1():
     limited = wrist_of(mjcf(joint='range="0 0.2" limited="true"'))
+    flags = limited.model.opt.disableflags
     close(AngleDynamics.of(limited).inertia, AngleDynamics.of(WRISTS["asymmetric"]).inertia, 1e-15)
+    assert limited.model.opt.disableflags == flags  # and the wrist is left as it was
 
 
 @quick
@@ -365,7 +367,7 @@ def test_eq_2_holds_to_nine_digits_up_to_its_bound_and_refuses_beyond(side):
 def test_one_singular_state_among_many_is_named():
     motor = AngleDynamics.of(WRISTS["shipped"])
     angles = np.array([[0.0, 0.1, 0.0], [0.0, 1.5707, 0.0], [0.0, 0.2, 0.0]])
-    with pytest.raises(SingularChartError, match=r"β = 1\.5707 "):
+    with pytest.raises(SingularChartError, match=r"β = 1\.5707 .* is 2\.08e\+04"):
         motor.acceleration(angles, np.zeros(3), np.zeros(3))
     with pytest.raises(SingularChartError, match="β = nan"):
         motor.acceleration(np.array([0.0, np.nan, 0.0]), np.zeros(3), np.zeros(3))

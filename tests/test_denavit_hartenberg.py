@@ -127,6 +127,7 @@ def test_eq_3_is_zero_where_the_angles_reach_the_attitude_and_else_says_how_far_
 @given(any_angles)
 @example(np.zeros(3))
 @example(np.array([np.pi, 0.3, -np.pi]))
+@example(np.array([0.0, 4.59375, -1.0]))
 def test_both_families_reach_the_attitude_and_one_of_them_is_where_it_came_from(angles):
     matrix = turn_of(angles).as_matrix()
     both = families(matrix)
@@ -195,6 +196,8 @@ def test_a_limit_itself_is_in_reach():
     for corner in (DVRK[:, 0], DVRK[:, 1]):
         found = angles_of_rotation(turn_of(corner).as_matrix(), DVRK)
         assert np.abs(found.angles - corner).max(axis=1).min() < 1e-12
+        beyond = corner + np.array([0.0, 1e-9 * np.sign(corner[1]), 0.0])
+        assert len(angles_of_rotation(turn_of(beyond).as_matrix(), DVRK).angles) == 0
 
 
 def test_beyond_the_limits_the_answer_is_empty_and_says_why():
@@ -224,6 +227,9 @@ def test_at_the_singularity_each_answer_stands_for_a_line(side):
     alpha = np.clip(turns / 2, 0.6, 0.9)
     expected = np.stack([alpha, np.full(3, side * np.pi / 2), side * (turns - alpha)], axis=1)
     np.testing.assert_allclose(within.angles, expected, atol=1e-14)
+
+    free = angles_of_rotation(matrix, np.array([[-2.0, 2.0]] * 3)).angles
+    np.testing.assert_allclose(free, found.angles, atol=1e-15)
 
     out = angles_of_rotation(matrix, np.array([[0.6, 0.7], [-2.0, 2.0], [1.0, 1.1]]))
     assert len(out.angles) == 0

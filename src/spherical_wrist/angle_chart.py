@@ -71,8 +71,9 @@ def other_family(angles: Array) -> Array:
 
 def wrapped(angle: Array) -> Array:
     """The same angle within (−π, π]; one that lies there is returned bit for bit."""
-    turned: Array = angle - 2.0 * np.pi * np.ceil(angle / (2.0 * np.pi) - 0.5)
-    return turned
+    turned = angle - 2.0 * np.pi * np.ceil(angle / (2.0 * np.pi) - 0.5)
+    within: Array = np.clip(turned, -np.pi, np.pi)  # rounding may have gone past the end
+    return within
 
 
 def rate_jacobian(angles: Array) -> Array:
