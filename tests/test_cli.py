@@ -216,6 +216,7 @@ def test_a_truncated_recording_is_refused(wrist):
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_signals_stop_cleanly_and_keep_what_was_simulated(tmp_path, number):
+    simulate(Experiment(duration=0.01))  # compiles what the process below then loads, so that it starts at once
     file = tmp_path / "a.rrd"
     # a size in N·m, for which no peak torque has to be found before the run begins
     size = ["--set", "disturbance.amplitude=0.004"]
