@@ -1,9 +1,16 @@
 """Fixtures that every test may use."""
 
+import os
+
 import pytest
+from hypothesis import settings
 
 from spherical_wrist.simulation.engine import Engine, compiled_engine
 from spherical_wrist.wrist import Wrist
+
+# the first call of a test may compile for seconds; on CI a failure must come back when it is run again
+settings.register_profile("wrist", deadline=None, derandomize="CI" in os.environ)
+settings.load_profile("wrist")
 
 
 @pytest.fixture(scope="session")
