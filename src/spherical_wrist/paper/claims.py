@@ -44,7 +44,8 @@ def disturbed(found: Evaluation) -> Finding:
         f"{number(error)} rad, as written: with sign switching, K = {ENOUGH} N·m above the disturbance of "
         f"{number(found.disturbance)} N·m, and {number(found.chattering(PROPOSED, MAIN, 0.25))} N·m/s of chattering "
         f"against {number(found.chattering(PLAIN, MAIN, 0.25))} N·m/s of plain computed torque. In the smooth boundary "
-        f"layer it is {number(found.error(PROPOSED, SMOOTH, 0.25))} rad without chattering.",
+        f"layer it is {number(found.error(PROPOSED, SMOOTH, 0.25))} rad, with "
+        f"{number(found.chattering(PROPOSED, SMOOTH, 0.25))} N·m/s.",
     )
 
 
@@ -150,7 +151,7 @@ def chattering_is_reduced(found: Evaluation) -> Finding:
         Verdict.REPRODUCED if written < 0.5 else verdict,
         f"As written (sign) it chatters {written:.2f} times as much as the baseline at 25 %. With the sign replaced by "
         f"a boundary layer, which the paper does not mention, its torque has {smooth:.2f} times the total variation of "
-        "that of plain computed torque, that is no chattering at all.",
+        "that of plain computed torque, which has nothing in it that switches.",
     )
 
 
