@@ -25,6 +25,9 @@ METRICS = {
     "saturated_fraction",
     "reaching_time_s",
     "max_tilt_rad",
+    "copper_loss_W",
+    "peak_current_A",
+    "max_condition_number",
 }
 
 
@@ -127,7 +130,8 @@ def test_thinned_recording_says_so(wrist):
 
 
 def test_inspect_shows_what_was_run_and_recomputes_its_metrics(wrist):
-    wrist("run", "--duration", "3", "--law", "sliding_computed_torque", "--seed", "5")
+    law = ("--law", "sliding_computed_torque", "--hardware", "realistic")
+    wrist("run", "--duration", "3", "--seed", "5", *law)
     code, out, err = wrist("inspect", "wrist.rrd", "--json")
     told = json.loads(out)
     assert (code, err) == (0, "")
@@ -148,7 +152,7 @@ def test_list_names_everything_with_units(wrist):
         assert name in out
     told = json.loads(wrist("list", "--json")[1])
     assert told["laws"]["computed_torque"]["parameters"]["Kp"]["unit"] == "1/s²"
-    assert set(told) == {"laws", "references", "disturbances", "experiment"}
+    assert set(told) == {"laws", "references", "disturbances", "sensing", "actuation", "experiment"}
 
 
 WRONG = [

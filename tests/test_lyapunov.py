@@ -12,6 +12,7 @@ from scipy.spatial.transform import Rotation
 from bench import RigidBody, mjcf, one_line, states
 from spherical_wrist import Experiment, WristError, load_recording, record, simulate
 from spherical_wrist.control import Law
+from spherical_wrist.control.sliding_surface import SlidingSurfaceLaw
 from spherical_wrist.lyapunov import monitor, reaching
 from spherical_wrist.lyapunov.motion import acceleration, error_derivative, inertia, surface_motion
 from spherical_wrist.reference import Lissajous
@@ -405,8 +406,15 @@ def test_a_wrong_eta_is_refused(eta):
     assert "eta" in one_line(caught.value)
 
 
-@pytest.mark.parametrize("name", [name for name, law in Law.members.items() if law().boundary_layer is not None])
-def test_every_law_of_the_package_with_a_boundary_layer_can_be_monitored(name):
+@pytest.mark.parametrize("hardware", [{"sensing": {"rate_noise": 1e-3}}, {"actuation": {"lag": 1e-3}}])
+def test_a_run_whose_true_surface_is_not_the_laws_is_refused(hardware):
+    with pytest.raises(WristError) as caught:
+        monitor(simulate(Experiment(duration=0.1, **hardware)))
+    assert "ideal sensing and actuation" in one_line(caught.value)
+
+
+@pytest.mark.parametrize("name", [name for name, law in Law.members.items() if issubclass(law, SlidingSurfaceLaw)])
+def test_every_law_of_the_package_with_a_fixed_switching_gain_can_be_monitored(name):
     run = simulate(Experiment(law=name, duration=0.5))
     seen = monitor(run)
     assert seen.all_covered_fraction == 1.0

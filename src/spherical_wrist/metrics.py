@@ -5,6 +5,7 @@ largest values are of the Euclidean norm of a vector.
 """
 
 from dataclasses import dataclass
+from math import isfinite
 from typing import NamedTuple
 
 import numpy as np
@@ -25,13 +26,16 @@ class Metrics:
         max_error_rad: largest attitude error |e|.
         rms_tip_error_mm: RMS distance between actual and desired tool tip.
         max_tip_error_mm: largest such distance.
-        chattering_Nm_per_s: total variation of the torque per second, mean over the axes.
+        chattering_Nm_per_s: total variation of the commanded torque per second, mean over the axes.
         peak_torque_Nm: largest torque |τ|.
         rms_torque_Nm: RMS torque |τ|.
         saturated_fraction: fraction of control instants at which a motor limit cut the torque.
         reaching_time_s: first time at which |S| is within the boundary layer on every axis, from the start of the run;
             None for laws without a sliding surface, or where it is never reached.
         max_tilt_rad: largest angle between the tool and its direction at the identity.
+        copper_loss_W: mean power lost in the coils of a spherical motor; None for other motors, like what follows.
+        peak_current_A: largest current of a coil.
+        max_condition_number: largest condition number of the torque map that currents were found with.
     """
 
     rms_error_rad: float | None
@@ -44,6 +48,9 @@ class Metrics:
     saturated_fraction: float | None
     reaching_time_s: float | None
     max_tilt_rad: float | None
+    copper_loss_W: float | None = None
+    peak_current_A: float | None = None
+    max_condition_number: float | None = None
 
 
 class Measurement(NamedTuple):
@@ -54,12 +61,14 @@ class Measurement(NamedTuple):
         period: control period [s].
         lever: from the centre of the ball joint to the tool tip, body frame [m].
         boundary_layer: half-width per axis of the band around S = 0 [rad/s] that counts as reached, or None.
+        resistance: of a coil of a spherical motor [Ω], or None.
     """
 
     steady_from: float
     period: float
     lever: tuple[float, float, float]
     boundary_layer: tuple[float, float, float] | None
+    resistance: float | None = None
 
 
 class Meter:
@@ -70,9 +79,10 @@ class Meter:
         self._count = 0
         self._squares = np.zeros(3)
         self._largest = np.zeros(4)
+        self._coils = np.zeros(3)  # sum of squared currents, largest current, largest condition number
         self._saturated = 0.0
         self._variation = 0.0
-        self._last_torque: Array | None = None
+        self._last_command: Array | None = None
         self._reached: float | None = None
 
     def add(self, series: Series) -> None:
@@ -92,9 +102,12 @@ class Meter:
         tilts = tilt(steady.attitude, np.array(how.lever))
         self._largest = np.maximum(self._largest, [error.max(), tip.max(), torque.max(), tilts.max()])
         self._saturated += float(steady.saturated.sum())
-        before = steady.torque[:1] if self._last_torque is None else self._last_torque
-        self._variation += float(np.abs(np.diff(steady.torque, axis=0, prepend=before)).sum())
-        self._last_torque = steady.torque[-1:]
+        before = steady.command[:1] if self._last_command is None else self._last_command
+        self._variation += float(np.abs(np.diff(steady.command, axis=0, prepend=before)).sum())
+        self._last_command = steady.command[-1:]
+        if how.resistance is not None:
+            self._coils[0] += np.square(steady.current).sum()
+            self._coils[1:] = np.maximum(self._coils[1:], [np.abs(steady.current).max(), steady.condition.max()])
 
     def _look_for_reaching(self, series: Series) -> None:
         layer = self._measurement.boundary_layer
@@ -122,7 +135,19 @@ class Meter:
             saturated_fraction=self._saturated / self._count,
             reaching_time_s=self._reached,
             max_tilt_rad=largest[3],
+            **self._coil_figures(),
         )
+
+    def _coil_figures(self) -> dict[str, float | None]:
+        resistance = self._measurement.resistance
+        if resistance is None:
+            return {}
+        squares, current, condition = self._coils.tolist()
+        return {
+            "copper_loss_W": resistance * squares / self._count,
+            "peak_current_A": current,
+            "max_condition_number": condition if isfinite(condition) else None,
+        }
 
 
 def measure(series: Series, measurement: Measurement) -> Metrics:

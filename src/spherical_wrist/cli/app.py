@@ -44,6 +44,9 @@ def run(
         str | None, Option(metavar="SHAPE", help="shape of the disturbance [constant]")
     ] = None,
     mass_scale: Annotated[float | None, Option(help="scale of the plant's mass and inertia [1.25]")] = None,
+    hardware: Annotated[
+        str | None, Option(metavar="NAME", help="sensors, motors and friction: ideal or realistic [ideal]")
+    ] = None,
     payload: Annotated[float | None, Option(metavar="KG", help="point mass at the plant's tool tip [0]")] = None,
     duration: Annotated[float | None, Option(metavar="SECONDS", help="simulated time [10]")] = None,
     control_period: Annotated[
@@ -72,8 +75,10 @@ def run(
     Exit code: 0 completed, 1 diverged, 2 wrong input, 130 or 143 stopped by a signal (what was simulated is kept).
     """
     from spherical_wrist.cli.run import RunOptions, run_experiment
+    from spherical_wrist.experiment.presets import hardware as preset
 
     given: dict[str, Any] = {
+        **(preset(hardware) if hardware is not None else {}),
         "law": law,
         "reference": reference,
         "disturbance.name": disturbance_shape,
@@ -107,7 +112,7 @@ def inspect(
 def list_(
     json: Annotated[bool, Option("--json", help="print one JSON object and nothing else")] = False,
 ) -> None:
-    """List laws, references, disturbances and the experiment's own parameters, with units and defaults."""
+    """List laws, references, disturbances, sensors, motors and an experiment's parameters, with units and defaults."""
     from spherical_wrist.cli.list import list_parameters
 
     list_parameters(json)

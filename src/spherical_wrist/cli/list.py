@@ -1,4 +1,4 @@
-"""``wrist list``: every law, reference and disturbance, and the experiment's own parameters."""
+"""``wrist list``: every law, reference, disturbance, kind of sensors and of motors, and the experiment's parameters."""
 
 from inspect import cleandoc
 from typing import Any, get_args
@@ -9,14 +9,22 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from spherical_wrist.actuation import Actuation
 from spherical_wrist.cli.output import print_json
 from spherical_wrist.control import Law
 from spherical_wrist.disturbance import Disturbance
 from spherical_wrist.experiment.description import Experiment
 from spherical_wrist.parameters import Member, unit_of
 from spherical_wrist.reference import Reference
+from spherical_wrist.sensing import Sensing
 
-FAMILIES: dict[str, type[Member]] = {"laws": Law, "references": Reference, "disturbances": Disturbance}
+FAMILIES: dict[str, type[Member]] = {
+    "laws": Law,
+    "references": Reference,
+    "disturbances": Disturbance,
+    "sensing": Sensing,
+    "actuation": Actuation,
+}
 
 
 def list_parameters(as_json: bool) -> None:

@@ -10,8 +10,10 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from spherical_wrist.actuation import Ideal as IdealActuation
 from spherical_wrist.experiment.run import Run
 from spherical_wrist.metrics import Metrics
+from spherical_wrist.sensing import Ideal as IdealSensing
 from spherical_wrist.simulation.outcome import Status
 
 LABELS = {
@@ -25,7 +27,16 @@ LABELS = {
     "saturated_fraction": ("saturated", "of samples"),
     "reaching_time_s": ("surface reached at", "s"),
     "max_tilt_rad": ("tilt, largest", "rad"),
+    "copper_loss_W": ("copper loss", "W"),
+    "peak_current_A": ("coil current, peak", "A"),
+    "max_condition_number": ("condition number, largest", ""),
 }
+COIL_FIGURES = ("copper_loss_W", "peak_current_A", "max_condition_number")
+"""Rows that only a motor with coils has."""
+
+IDEAL = {"sensing": IdealSensing().model_dump(mode="json"), "actuation": IdealActuation().model_dump(mode="json")}
+"""Sensors and motors without a fault, as a run describes them."""
+
 COLOURS = {Status.COMPLETED: "green", Status.DIVERGED: "red", Status.INTERRUPTED: "yellow"}
 
 
@@ -84,6 +95,9 @@ def conditions(run: Run) -> str:
     for name, unit in (("payload", "kg"), ("friction", "N·m"), ("damping", "N·m·s/rad")):
         if told[name]:
             parts.append(f"{name} {told[name]:g} {unit}")
+    for name in ("sensing", "actuation"):
+        if told[name] != IDEAL[name]:
+            parts.append(f"{name} {told[name]['name']}" + (" with faults" if told[name]["name"] == "ideal" else ""))
     return " · ".join([*parts, f"seed {told['seed']}"])
 
 
@@ -96,6 +110,8 @@ def metrics_table(columns: dict[str, Metrics], rows: Iterable[str] = LABELS) -> 
     table.add_column("")
     values = [asdict(metrics) for metrics in columns.values()]
     for row in rows:
+        if row in COIL_FIGURES and all(value[row] is None for value in values):
+            continue
         label, unit = LABELS[row]
         table.add_row(label, *(number(value[row]) for value in values), Text(unit, style="dim"))
     return table
@@ -107,10 +123,12 @@ def thinning(run: Run) -> str:
 
 
 def parts(run: Run) -> Table:
-    """Law, reference and disturbance with all their parameters."""
+    """Law, reference, disturbance, sensors and motors with all their parameters."""
     table = Table(show_header=False, box=None, padding=(0, 1), pad_edge=False)
-    for part in ("law", "reference", "disturbance"):
+    for part in ("law", "reference", "disturbance", "sensing", "actuation"):
         told = run.description[part]
+        if told == IDEAL.get(part):
+            continue
         values = (f"{name} = {value}" for name, value in told.items() if name != "name" and value is not None)
         table.add_row(Text(part, "dim"), f"{name_of(told)}: {', '.join(values)}")
     return table

@@ -7,6 +7,7 @@ from typing import Annotated, Any, Self
 
 from pydantic import AfterValidator, BeforeValidator, Field, SerializeAsAny
 
+from spherical_wrist.actuation import Actuation, SphericalMotor
 from spherical_wrist.control import Law
 from spherical_wrist.disturbance import Disturbance
 from spherical_wrist.errors import ParameterError, one_line
@@ -14,7 +15,9 @@ from spherical_wrist.metrics import Measurement
 from spherical_wrist.parameters import NonNegative, Parameters, Positive, Vector, quantity
 from spherical_wrist.plant import Perturbation, perturbed
 from spherical_wrist.reference import Reference
+from spherical_wrist.sensing import Sensing
 from spherical_wrist.simulation.closed_loop import Start
+from spherical_wrist.simulation.hardware import Hardware
 from spherical_wrist.simulation.timing import Timing
 from spherical_wrist.wrist import Wrist
 
@@ -35,6 +38,14 @@ def _disturbance(given: Any) -> Any:
     return Disturbance.resolve(given, default="constant")
 
 
+def _sensing(given: Any) -> Any:
+    return Sensing.resolve(given, default="ideal")
+
+
+def _actuation(given: Any) -> Any:
+    return Actuation.resolve(given, default="ideal")
+
+
 class Experiment(Parameters):
     """One closed-loop run, described completely: the same experiment gives the same bits.
 
@@ -42,8 +53,8 @@ class Experiment(Parameters):
     disturbance of 25 % and a plant 25 % heavier than the controller believes. A perfect model is
     ``Experiment(disturbance=0, mass_scale=1)``.
 
-    ``law`` and ``reference`` take a name, a table of ``name`` and parameters, or an instance; ``disturbance`` also
-    takes a number, the level of a constant one.
+    ``law``, ``reference``, ``sensing`` and ``actuation`` take a name, a table of ``name`` and parameters, or an
+    instance; ``disturbance`` also takes a number, the level of a constant one.
 
     Raises:
         ParameterError: a value is not valid, or a name unknown; in one line.
@@ -57,6 +68,12 @@ class Experiment(Parameters):
     )
     disturbance: Annotated[SerializeAsAny[Disturbance], BeforeValidator(_disturbance)] = quantity(
         "constant", "", "torque on the plant's joint that the controller does not know"
+    )
+    sensing: Annotated[SerializeAsAny[Sensing], BeforeValidator(_sensing)] = quantity(
+        "ideal", "", "what the controller sees of the wrist"
+    )
+    actuation: Annotated[SerializeAsAny[Actuation], BeforeValidator(_actuation)] = quantity(
+        "ideal", "", "what becomes of the torque that the controller asks for"
     )
     mass_scale: Positive = quantity(1.25, "", "multiplies mass and inertia of every moving body of the plant")
     com_shift: Vector = quantity((0.0, 0.0, 0.0), "m", "shift of the plant's centres of mass, body frame")
@@ -115,6 +132,11 @@ class Experiment(Parameters):
         """The initial errors."""
         return Start(self.initial_error, self.initial_rate_error)
 
+    @property
+    def hardware(self) -> Hardware:
+        """Sensors and motors, with the seed of their faults."""
+        return Hardware(self.sensing, self.actuation, self.seed)
+
     def timing(self, nominal: Wrist) -> Timing:
         """Control and physics periods.
 
@@ -131,7 +153,8 @@ class Experiment(Parameters):
             steady_from = STEADY_FROM if self.duration > STEADY_FROM else 0.5 * self.duration
         layer = self.law.boundary_layer
         lever = (float(wrist.lever[0]), float(wrist.lever[1]), float(wrist.lever[2]))
-        return Measurement(steady_from, self.control_period, lever, layer)
+        resistance = self.actuation.resistance if isinstance(self.actuation, SphericalMotor) else None
+        return Measurement(steady_from, self.control_period, lever, layer, resistance)
 
 
 def read_toml(path: Path) -> dict[str, Any]:

@@ -71,6 +71,5 @@ def _outcome(table: Mapping[str, Any]) -> Outcome:
 
 def _measurement(table: Mapping[str, Any]) -> Measurement:
     layer = table["boundary_layer"]
-    return Measurement(
-        table["steady_from"], table["period"], tuple(table["lever"]), None if layer is None else tuple(layer)
-    )
+    lever, layer = tuple(table["lever"]), None if layer is None else tuple(layer)
+    return Measurement(table["steady_from"], table["period"], lever, layer, table["resistance"])

@@ -53,10 +53,19 @@ def simulate(
     plant = perturbed(nominal, experiment.perturbation)
     engine = interpreted_engine() if interpreted else compiled_engine()
     needs_peak = experiment.disturbance.amplitude is None and experiment.disturbance.level > 0.0
-    peak = peak_torque(nominal, experiment.reference, timing, engine, stop) if needs_peak else 0.0
+    reference = experiment.reference.drawn(np.random.default_rng([experiment.seed, 3]))
+    peak = peak_torque(nominal, reference, timing, engine, stop) if needs_peak else 0.0
     disturbance = experiment.disturbance.torque(peak, np.random.default_rng(experiment.seed))
     loop = ClosedLoop(
-        plant, nominal, experiment.law, experiment.reference, disturbance, timing, engine, experiment.start
+        plant,
+        nominal,
+        experiment.law,
+        reference,
+        disturbance,
+        timing,
+        engine,
+        experiment.start,
+        experiment.hardware,
     )
     measurement = experiment.measurement(nominal)
     meter, kept = Meter(measurement), [Series.empty()]

@@ -87,6 +87,11 @@ def _check(run: Run) -> None:
             f"the Lyapunov monitor needs every control instant of a run and at least two; this one has {kept}: "
             "simulate with record_every=1 and keep_series=True"
         )
+    if run.measured_attitude.size or run.commanded_torque.size:
+        raise ParameterError(
+            "the Lyapunov monitor follows the surface of the true state and the torque that the law asked for: simulate "
+            "with ideal sensing and actuation"
+        )
     if np.isnan(run.surface).any() or np.isnan(run.slope).any():
         raise ParameterError(
             f"law {law.name!r} has no sliding surface for the Lyapunov monitor: take one that records surface and "

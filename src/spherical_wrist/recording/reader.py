@@ -13,7 +13,7 @@ from rerun.chunk import RrdReader
 from spherical_wrist.errors import RecordingError, one_line
 from spherical_wrist.recording.layout import ABOUT, APPLICATION, FORMAT, PLOTTED, SERIES, TIMELINE, plot_entity
 from spherical_wrist.recording.seal import check_seal
-from spherical_wrist.simulation.series import COLUMNS, WIDTHS, Series
+from spherical_wrist.simulation.series import COLUMNS, EXTRAS, WIDTHS, Series
 
 
 @dataclass(frozen=True)
@@ -95,6 +95,7 @@ def _arrays(tables: dict[str, Table]) -> dict[str, npt.NDArray[np.float64]]:
         own = tables.get(f"/{plot_entity(name)}")
         flat = tables[f"/{SERIES}"][name] if own is None else own["Scalars:scalars"]
         arrays[name] = flat.reshape(-1, WIDTHS[name]) if WIDTHS[name] else flat
-    state = tables[f"/{SERIES}"].get("law_state", np.empty(0))
-    arrays["law_state"] = state.reshape(len(arrays["time"]), -1)
+    for name in EXTRAS:
+        flat = tables[f"/{SERIES}"].get(name, np.empty(0))
+        arrays[name] = flat.reshape(len(arrays["time"]), -1 if flat.size else 0)
     return arrays

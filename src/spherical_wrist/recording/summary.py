@@ -2,7 +2,12 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 
+from spherical_wrist.actuation import Ideal as IdealActuation
 from spherical_wrist.recording.layout import JSON
+from spherical_wrist.sensing import Ideal as IdealSensing
+
+_IDEAL = (IdealSensing().model_dump(mode="json"), IdealActuation().model_dump(mode="json"))
+"""Sensors and motors without a fault, which go without saying."""
 
 _UNITS = {
     "com_shift": "m",
@@ -18,7 +23,16 @@ _UNITS = {
 }
 """Units of an experiment's entries, whose names do not say them."""
 
-_SUFFIXES = {"_Nm_per_s": "N·m/s", "_Nm": "N·m", "_mm": "mm", "_rad": "rad", "_s": "s", "_fraction": "%"}
+_SUFFIXES = {
+    "_Nm_per_s": "N·m/s",
+    "_Nm": "N·m",
+    "_mm": "mm",
+    "_rad": "rad",
+    "_s": "s",
+    "_fraction": "%",
+    "_W": "W",
+    "_A": "A",
+}
 """Units that the names of metrics end with; longer endings first."""
 
 _FIRST = ("law", "reference", "disturbance", "mass_scale", "payload", "seed")
@@ -41,6 +55,8 @@ def experiment_text(properties: Mapping[str, Mapping[str, JSON]]) -> str:
     rows, details = [], []
     for key in keys:
         value = experiment[key]
+        if value in _IDEAL:
+            continue
         if isinstance(value, Mapping) and "name" in value:
             entries = {k: v for k, v in value.items() if k != "name" and v is not None}
             brief = [f", {_words(k)} {_text(v)}" for k, v in entries.items() if key == "disturbance"]

@@ -20,6 +20,10 @@ class Reference(Member):
         """Attitude, body rate [rad/s] and body acceleration [rad/s²] at ``time`` [s], (n,), as an array of MOTION."""
         raise NotImplementedError
 
+    def drawn(self, random: np.random.Generator) -> "Reference":
+        """This reference with everything random in it drawn: itself, where nothing is."""
+        return self
+
 
 def motion_of(attitude: Array, rate: Array, acceleration: Array) -> npt.NDArray[Any]:
     """Packs quaternions (n, 4) and their derivatives, each (n, 3), into an array of MOTION (n,)."""

@@ -6,14 +6,20 @@ import mujoco
 import numpy as np
 import numpy.typing as npt
 
+from spherical_wrist.actuation import Actuation
+from spherical_wrist.actuation.drive import drive_of
 from spherical_wrist.control.contract import COMMAND, SIGNAL, Law
 from spherical_wrist.disturbance import Torque
 from spherical_wrist.errors import LawError, one_line
-from spherical_wrist.kinematics import tip_position
 from spherical_wrist.reference import Reference
+from spherical_wrist.sensing.measure import sensor_of
+from spherical_wrist.sensing.samples import Samples
 from spherical_wrist.simulation import loop
 from spherical_wrist.simulation.diagnosis import check_step
 from spherical_wrist.simulation.engine import Engine, interpreted_engine
+from spherical_wrist.simulation.hardware import Hardware
+from spherical_wrist.simulation.instant import model_ahead, sense
+from spherical_wrist.simulation.logged import Logged
 from spherical_wrist.simulation.nominal import NominalModel
 from spherical_wrist.simulation.outcome import Outcome, Status
 from spherical_wrist.simulation.physics import drop_step_timer, physics_model, warnings_kept_in_data
@@ -55,6 +61,7 @@ class ClosedLoop:
         timing: control and physics periods.
         engine: how to run it.
         start: initial errors.
+        hardware: sensors and motors; ideal ones where none are given.
 
     Attributes:
         sample: control instants simulated so far.
@@ -75,13 +82,19 @@ class ClosedLoop:
         timing: Timing,
         engine: Engine,
         start: Start,
+        hardware: Hardware | None = None,
     ) -> None:
         drop_step_timer()
         self.sample = 0
         self.outcome: Outcome | None = None
         self._wrist, self._law, self._reference, self._disturbance = plant, law, reference, disturbance
         self._timing, self._engine = timing, engine
-        self._settings = _settings(law, plant, timing)
+        self._hardware = hardware or Hardware()
+        sensing, actuation, seed = self._hardware
+        self._settings = _settings(law, timing, actuation)
+        self._samples = Samples(sensing, timing.control_period, seed)
+        self._sensor = sensor_of(sensing, timing.control_period)
+        self._drive = drive_of(actuation, plant.motors, plant.lower, plant.upper, timing.physics_period, seed)
         self._parameters = law.packed()
         self._state = _initial_state(law)
         self._signal, self._command = np.zeros(1, SIGNAL), np.zeros(1, COMMAND)
@@ -114,11 +127,15 @@ class ClosedLoop:
         last = min(self.sample + samples, timing.samples) if self.outcome is None else self.sample
         time = timing.instants(self.sample, last)
         desired = self._reference.motion(time)
+        faults = self._samples.draw(time)
+        aged = self._hardware.sensing.timestamped and bool(faults["age"].any())
+        seen = self._reference.motion(time - faults["age"]) if aged else desired
         ahead = float(self._settings["ahead"][0])
         later = self._reference.motion(time + ahead) if ahead > 0.0 else desired
         disturbance = self._disturbance(timing.steps(self.sample, last))
         log = np.empty(len(time), loop.LOG)
         states = np.empty((len(time), self._law.state_size))
+        currents = np.empty((len(time), len(self._drive.coils)))
         self._settings["first"] = self.sample
         try:
             with warnings_kept_in_data():
@@ -128,21 +145,26 @@ class ClosedLoop:
                     self._state,
                     self._plant,
                     self._nominal.handles,
+                    self._sensor._replace(settings=engine.record(self._sensor.settings)),
+                    self._drive._replace(settings=engine.record(self._drive.settings)),
                     engine.record(self._settings),
                     engine.records(desired),
+                    engine.records(seen),
                     engine.records(later),
+                    engine.records(faults),
                     disturbance,
                     engine.record(self._signal),
                     engine.record(self._command),
                     engine.records(log),
                     states,
+                    currents,
                 )
         except Exception as error:  # nothing in the loop raises but a law, which may raise anything
             self._blame(f"raised {type(error).__name__}: {one_line(error)}")
         self.sample += progress.logged
         self._conclude(progress.status)
-        held = disturbance[:: timing.substeps]
-        return _series(self._wrist, time, desired, held, log, states, progress.logged)
+        logged = Logged(time, desired, disturbance[:: timing.substeps], log, states, currents).first(progress.logged)
+        return logged.series(self._wrist, self._hardware)
 
     def _conclude(self, status: int) -> None:
         time = self.sample * self._timing.control_period
@@ -170,8 +192,9 @@ class ClosedLoop:
         signal, settings = engine.record(self._signal), engine.record(self._settings)
         q, w = tuple(map(float, self._data.qpos)), tuple(map(float, self._data.qvel))
         trial = NominalModel(nominal, self._timing, engine)
-        loop.sense(signal, settings, 0, q, w, desired[0])
-        loop.model_ahead(signal, settings, trial.handles, q, w, desired[0], desired[0])
+        sense(signal, settings, 0, q, w, desired[0])
+        scale = float(self._settings["rate_scale"][0])
+        model_ahead(signal, scale, trial.handles, q, w, desired[0], desired[0], 0.0)
         check_step(self._law, self._signal, self._state)
 
     def _place(self, start: Start) -> None:
@@ -187,17 +210,13 @@ class ClosedLoop:
         self._data.qvel[:] = np.subtract(carried, start.rate_error)
 
 
-def _settings(law: Law, plant: Wrist, timing: Timing) -> npt.NDArray[Any]:
+def _settings(law: Law, timing: Timing, actuation: Actuation) -> npt.NDArray[Any]:
     settings = np.zeros(1, loop.SETTINGS)
     settings["period"] = timing.control_period
     settings["substeps"] = timing.substeps
-    settings["ahead"] = 0.5 * timing.control_period if law.looks_ahead else 0.0
+    settings["ahead"] = 0.5 * timing.control_period + actuation.lag if law.looks_ahead else 0.0
     settings["rate_scale"] = 0.0 if law.gravity_only else 1.0
     settings["rate_limit"] = RATE_LIMIT
-    settings["motors"] = plant.motors
-    settings["controls"] = np.linalg.inv(plant.motors)
-    settings["lower"] = plant.lower
-    settings["upper"] = plant.upper
     return settings
 
 
@@ -208,18 +227,3 @@ def _initial_state(law: Law) -> Array:
             f"law {law.name!r}: its initial state has shape {state.shape}, its state_size is {law.state_size}"
         )
     return state if law.state_size else np.zeros(1)
-
-
-def _series(wrist: Wrist, time: Array, desired: Any, disturbance: Array, log: Any, states: Array, count: int) -> Series:
-    columns = {name: np.ascontiguousarray(log[name][:count]) for name in loop.LOG.names or ()}
-    desired_attitude = np.ascontiguousarray(desired["attitude"][:count])
-    return Series(
-        **columns,
-        time=time[:count],
-        desired_attitude=desired_attitude,
-        desired_rate=np.ascontiguousarray(desired["rate"][:count]),
-        disturbance=np.ascontiguousarray(disturbance[:count]),
-        tip=tip_position(columns["attitude"], wrist.anchor, wrist.lever),
-        desired_tip=tip_position(desired_attitude, wrist.anchor, wrist.lever),
-        law_state=states[:count],
-    )

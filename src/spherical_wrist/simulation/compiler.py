@@ -9,6 +9,7 @@ import hashlib
 import marshal
 import re
 import sys
+import threading
 import types
 from collections.abc import Callable
 from functools import cache
@@ -18,9 +19,12 @@ from typing import Any
 import mujoco
 import numpy as np
 
+from spherical_wrist.actuation.drive import DRIVE, Drive
 from spherical_wrist.control.contract import COMMAND, SIGNAL, Law
 from spherical_wrist.dynamics import MOTION, Nominal, inverse_dynamics, pointer
 from spherical_wrist.errors import LawError, one_line
+from spherical_wrist.sensing.measure import SENSOR, Sensor
+from spherical_wrist.sensing.samples import SAMPLE
 from spherical_wrist.simulation.loop import LOG, SETTINGS, Plant, close_loop
 from spherical_wrist.simulation.physics import ARGUMENTS, library
 
@@ -45,11 +49,13 @@ def _signatures() -> Any:
     record = numba.from_dtype
     plant = t.NamedTuple([t.intp, t.intp, vector, vector, vector, vector, t.Array(t.int32, 1, "A")], Plant)
     nominal = t.NamedTuple([t.intp, t.intp, vector, vector, vector], Nominal)
-    motion, log = t.Array(record(MOTION), 1, "C"), t.Array(record(LOG), 1, "C")
+    sensor = t.NamedTuple([record(SENSOR), matrix], Sensor)
+    drive = t.NamedTuple([record(DRIVE), vector, vector, matrix, vector, vector, matrix], Drive)
+    motion, sample, log = (t.Array(record(dtype), 1, "C") for dtype in (MOTION, SAMPLE, LOG))
     law = t.void(record(SIGNAL), vector, vector, record(COMMAND))
     loop = (
-        t.FunctionType(law), vector, vector, plant, nominal, record(SETTINGS), motion, motion, matrix,
-        record(SIGNAL), record(COMMAND), log, matrix,
+        t.FunctionType(law), vector, vector, plant, nominal, sensor, drive, record(SETTINGS),
+        motion, motion, motion, sample, matrix, record(SIGNAL), record(COMMAND), log, matrix, matrix,
     )  # fmt: skip
     return types.SimpleNamespace(law=law, loop=loop, inverse=(nominal, motion, matrix, matrix))
 
@@ -149,21 +155,26 @@ def _compile(function: types.FunctionType, signature: Any, source: _Source) -> A
     return compiled
 
 
-@cache
 def compiled_loop() -> Any:
     """``close_loop`` compiled; model and data are passed as addresses."""
-    source = _Source()
-    return _compile(source.translate(close_loop), _signatures().loop, source)
+    with _compiling:
+        return _compiled_once(close_loop, "loop")
+
+
+def compiled_inverse_dynamics() -> Any:
+    """``inverse_dynamics`` compiled."""
+    with _compiling:
+        return _compiled_once(inverse_dynamics, "inverse")
 
 
 @cache
-def compiled_inverse_dynamics() -> Any:
-    """``inverse_dynamics`` compiled."""
+def _compiled_once(function: Function, signature: str) -> Any:
     source = _Source()
-    return _compile(source.translate(inverse_dynamics), _signatures().inverse, source)
+    return _compile(source.translate(function), getattr(_signatures(), signature), source)
 
 
 _laws: dict[tuple[Function, np.dtype[Any]], Any] = {}
+_compiling = threading.RLock()
 
 
 def compiled_law(law: Law) -> Any:
@@ -173,7 +184,11 @@ def compiled_law(law: Law) -> Any:
         LawError: numba cannot compile it; the message has numba's reason.
     """
     key = (type(law).step, law.layout())
-    if key not in _laws:
+    if key in _laws:
+        return _laws[key]
+    with _compiling:  # one thread at a time; those that waited find what the first one made
+        if key in _laws:
+            return _laws[key]
         source = _Source()
         try:
             step = source.replacement("step", type(law).step)

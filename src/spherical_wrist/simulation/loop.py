@@ -10,8 +10,11 @@ import mujoco
 import numpy as np
 from mujoco import mj_step
 
-from spherical_wrist.dynamics import Array, Nominal, evaluate
-from spherical_wrist.so3 import advance, attitude_error, feed_forward, rate_error
+from spherical_wrist.actuation.drive import Drive, ask, make, motor_torque
+from spherical_wrist.dynamics import Array, Nominal
+from spherical_wrist.sensing.measure import Sensor, measure
+from spherical_wrist.simulation.instant import model_ahead, sense
+from spherical_wrist.so3 import attitude_error, rate_error
 
 LOG = np.dtype(
     [
@@ -23,6 +26,10 @@ LOG = np.dtype(
         ("slope", "f8", 3),
         ("torque", "f8", 3),
         ("saturated", "f8"),
+        ("measured_attitude", "f8", 4),
+        ("measured_rate", "f8", 3),
+        ("commanded_torque", "f8", 3),
+        ("condition", "f8"),
     ],
     align=True,
 )
@@ -34,10 +41,6 @@ SETTINGS = np.dtype(
         ("ahead", "f8"),
         ("rate_scale", "f8"),
         ("rate_limit", "f8"),
-        ("motors", "f8", (3, 3)),
-        ("controls", "f8", (3, 3)),
-        ("lower", "f8", 3),
-        ("upper", "f8", 3),
     ],
     align=True,
 )
@@ -81,14 +84,19 @@ def close_loop(
     state: Array,
     plant: Plant,
     nominal: Nominal,
+    sensor: Sensor,
+    drive: Drive,
     settings: Any,
     desired: Any,
+    seen: Any,
     ahead: Any,
+    samples: Any,
     disturbance: Array,
     signal: Any,
     command: Any,
     log: Any,
     states: Array,
+    currents: Array,
 ) -> Progress:
     """Runs ``len(desired)`` control periods from the plant's present state.
 
@@ -98,21 +106,33 @@ def close_loop(
         state: the law's state, kept from call to call.
         plant: what is stepped.
         nominal: what the law is given H and N of.
+        sensor: between the plant's state and the law.
+        drive: between the law's torque and the plant's motors.
         settings: a SETTINGS record.
         desired: the reference as MOTION (n,) at the control instants.
+        seen: the reference at the times of the samples in force (n,): what the law's errors are formed with.
         ahead: the reference at the instants for which model and feed-forward are evaluated (n,).
+        samples: the faults of the samples, SAMPLE (n,).
         disturbance: torque on the joint [N·m] during each physics step (n · substeps, 3).
         signal: a SIGNAL record, working memory.
         command: a COMMAND record, working memory.
         log: array of LOG (n,), written.
         states: the law's state before each step (n, size of the state), written.
+        currents: coil currents at the end of each period (n, coils) [A], written.
     """
+    measured, motors = sensor.settings, drive.settings
     for k in range(len(desired)):
         p, w = plant.qpos, plant.qvel
         q = (p[0], p[1], p[2], p[3])
         rate = (w[0], w[1], w[2])
-        sense(signal, settings, k, q, rate, desired[k])
-        model_ahead(signal, settings, nominal, q, rate, desired[k], ahead[k])
+        attitude, turning, age = q, rate, 0.0
+        if measured.perfect < 0.5:
+            measure(sensor, samples[k], settings.first + k, q, rate)
+            m, v = measured.attitude, measured.rate
+            attitude, turning, age = (m[0], m[1], m[2], m[3]), (v[0], v[1], v[2]), samples[k].age
+        sense(signal, settings, k, attitude, turning, seen[k])
+        horizon = settings.ahead + age * measured.timestamped if settings.ahead > 0.0 else 0.0
+        model_ahead(signal, settings.rate_scale, nominal, attitude, turning, seen[k], ahead[k], horizon)
         for i in range(states.shape[1]):
             states[k, i] = state[i]
         for i in range(3):
@@ -121,12 +141,23 @@ def close_loop(
         u = command.torque
         if not (np.isfinite(u[0]) and np.isfinite(u[1]) and np.isfinite(u[2])):
             return Progress(k, NO_TORQUE)
-        saturated = apply_torque(u, settings, plant.ctrl)
-        record(log[k], signal, command, settings, plant.ctrl, saturated)
+        row = log[k]
+        row.saturated = ask(drive, u, attitude, plant.ctrl)
+        record(row, signal, command, motor_torque(motors.motors, plant.ctrl), motors.condition)
+        if measured.perfect < 0.5:
+            record_truth(row, q, rate, desired[k])
         for step in range(k * settings.substeps, (k + 1) * settings.substeps):
             for i in range(3):
                 plant.applied[i] = disturbance[step, i]
+            if motors.perfect < 0.5:
+                make(drive, (p[0], p[1], p[2], p[3]), plant.ctrl, plant.applied)
+                made = motor_torque(motors.motors, plant.ctrl)
+                for i in range(3):  # the mean over the period
+                    before = row.torque[i] if step > k * settings.substeps else 0.0
+                    row.torque[i] = before + made[i] / settings.substeps
             mj_step(plant.model, plant.data)
+        for j in range(currents.shape[1]):
+            currents[k, j] = drive.level[j]
         for kind in range(BAD_POSITION, BAD_CONTROL + 1):
             if plant.warnings[kind] > 0:
                 return Progress(k + 1, UNSTABLE)
@@ -138,70 +169,29 @@ def close_loop(
     return Progress(len(desired), RUNNING)
 
 
-def sense(signal: Any, settings: Any, k: int, q: Any, rate: Any, desired: Any) -> None:
-    """Writes what is measured and desired at control instant k, and the tracking errors."""
-    d, v = desired.attitude, desired.rate
-    target = (d[0], d[1], d[2], d[3])
-    e = attitude_error(q, target)
-    de = rate_error(q, rate, target, (v[0], v[1], v[2]))
-    signal.time = (settings.first + k) * settings.period
-    signal.period = settings.period
+def record(row: Any, signal: Any, command: Any, torque: Any, condition: float) -> None:
+    """Writes one row of the log, what is measured for the truth, and ``torque`` for what the motors deliver."""
     for i in range(4):
-        signal.attitude[i] = q[i]
-        signal.desired_attitude[i] = d[i]
+        row.attitude[i] = row.measured_attitude[i] = signal.attitude[i]
     for i in range(3):
-        signal.rate[i] = rate[i]
-        signal.desired_rate[i] = v[i]
-        signal.error[i] = e[i]
-        signal.rate_error[i] = de[i]
-
-
-def model_ahead(signal: Any, settings: Any, nominal: Nominal, q: Any, rate: Any, desired: Any, ahead: Any) -> None:
-    """Writes feed-forward, H and N, at the state predicted for ``settings.ahead`` seconds from now.
-
-    The torque is held over the whole period, so the model is best evaluated for the middle of it. The prediction takes
-    the feed-forward of this instant for the acceleration until then.
-    """
-    d, v, a = desired.attitude, desired.rate, desired.acceleration
-    if settings.ahead > 0.0:
-        now = feed_forward(q, rate, (d[0], d[1], d[2], d[3]), (v[0], v[1], v[2]), (a[0], a[1], a[2]))
-        q, rate = advance(q, rate, now, settings.ahead)
-        d, v, a = ahead.attitude, ahead.rate, ahead.acceleration
-    then = feed_forward(q, rate, (d[0], d[1], d[2], d[3]), (v[0], v[1], v[2]), (a[0], a[1], a[2]))
-    for i in range(3):
-        signal.feed_forward[i] = then[i]
-    s = settings.rate_scale
-    evaluate(nominal, q, (s * rate[0], s * rate[1], s * rate[2]), signal.H, signal.N)
-
-
-def apply_torque(torque: Any, settings: Any, ctrl: Array) -> float:
-    """Writes the motor controls that make ``torque``, within their limits; 1 if a limit cut it, else 0."""
-    saturated = 0.0
-    for i in range(3):
-        wanted = 0.0
-        for j in range(3):
-            wanted += settings.controls[i, j] * torque[j]
-        ctrl[i] = wanted
-        if wanted < settings.lower[i]:
-            ctrl[i] = settings.lower[i]
-            saturated = 1.0
-        elif wanted > settings.upper[i]:
-            ctrl[i] = settings.upper[i]
-            saturated = 1.0
-    return saturated
-
-
-def record(row: Any, signal: Any, command: Any, settings: Any, ctrl: Array, saturated: float) -> None:
-    """Writes one row of the log; its torque is what the motors deliver."""
-    for i in range(4):
-        row.attitude[i] = signal.attitude[i]
-    for i in range(3):
-        row.rate[i] = signal.rate[i]
+        row.rate[i] = row.measured_rate[i] = signal.rate[i]
         row.error[i] = signal.error[i]
         row.rate_error[i] = signal.rate_error[i]
         row.surface[i] = command.surface[i]
         row.slope[i] = command.slope[i]
-        row.torque[i] = 0.0
-        for j in range(3):
-            row.torque[i] += settings.motors[i, j] * ctrl[j]
-    row.saturated = saturated
+        row.torque[i] = row.commanded_torque[i] = torque[i]
+    row.condition = condition
+
+
+def record_truth(row: Any, attitude: Any, rate: Any, desired: Any) -> None:
+    """Writes the true state and the true errors over those that the sensors gave."""
+    d, v = desired.attitude, desired.rate
+    target = (d[0], d[1], d[2], d[3])
+    e = attitude_error(attitude, target)
+    de = rate_error(attitude, rate, target, (v[0], v[1], v[2]))
+    for i in range(4):
+        row.attitude[i] = attitude[i]
+    for i in range(3):
+        row.rate[i] = rate[i]
+        row.error[i] = e[i]
+        row.rate_error[i] = de[i]

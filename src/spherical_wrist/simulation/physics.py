@@ -4,6 +4,7 @@ The only room that touches raw symbols of the library.
 """
 
 import ctypes
+import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import cache
@@ -43,21 +44,28 @@ def library() -> Path:
 
 _WarningHandler = ctypes.CFUNCTYPE(None, ctypes.c_char_p)
 _ignore = _WarningHandler(lambda text: None)
+_silence = threading.Lock()
+_silent: list[int | None] = []
 
 
 @contextmanager
 def warnings_kept_in_data() -> Iterator[None]:
     """Within it, MuJoCo's warnings are only counted in ``MjData.warning``.
 
-    Otherwise it would also print them and add to a file MUJOCO_LOG.TXT in the working directory.
+    Otherwise it would also print them and add to a file MUJOCO_LOG.TXT in the working directory. The handler belongs to
+    the whole process: the first thread that comes in replaces it, and the last one that goes out puts it back.
     """
     handler = ctypes.c_void_p.in_dll(ctypes.CDLL(str(library())), "mju_user_warning")
-    before = handler.value
-    handler.value = ctypes.cast(_ignore, ctypes.c_void_p).value
+    with _silence:
+        _silent.append(_silent[0] if _silent else handler.value)
+        handler.value = ctypes.cast(_ignore, ctypes.c_void_p).value
     try:
         yield
     finally:
-        handler.value = before
+        with _silence:
+            before = _silent.pop()
+            if not _silent:
+                handler.value = before
 
 
 @cache

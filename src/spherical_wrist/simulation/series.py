@@ -16,6 +16,10 @@ def _column(unit: str, meaning: str, axes: tuple[str, ...] = XYZ) -> Any:
     return field(metadata={"unit": unit, "meaning": meaning, "axes": axes})
 
 
+def _extra() -> Any:
+    return field(default_factory=lambda: np.empty((0, 0)))
+
+
 @dataclass(frozen=True, kw_only=True)
 class Series:
     """Time series of a run, float64, all with the same number n of rows.
@@ -26,16 +30,23 @@ class Series:
         rate: actual angular velocity ω [rad/s], body frame, (n, 3).
         desired_attitude: desired attitude, (n, 4).
         desired_rate: desired angular velocity [rad/s], desired frame, (n, 3).
-        error: attitude error e = log(q⁻¹ q_d) [rad], body frame, (n, 3).
-        rate_error: ė = R_e ω_d − ω [rad/s], body frame, (n, 3).
-        surface: sliding surface S = slope · e + ė [rad/s], (n, 3); NaN for laws without one.
+        error: true attitude error e = log(q⁻¹ q_d) [rad], body frame, (n, 3).
+        rate_error: true ė = R_e ω_d − ω [rad/s], body frame, (n, 3).
+        surface: sliding surface S = slope · e + ė [rad/s] of the measured errors, (n, 3); NaN for laws without one.
         slope: slope λα of the surface [1/s], (n, 3); NaN for laws without one.
-        torque: torque that the motors deliver from this instant on [N·m], body frame, (n, 3).
+        torque: torque that the motors deliver [N·m], body frame, the mean over the period that begins here, (n, 3).
         disturbance: torque added to the joint from this instant on [N·m], body frame, (n, 3).
         tip: tool tip in the world [m], (n, 3).
         desired_tip: where the tip would be at the desired attitude [m], (n, 3).
-        saturated: 1 where a motor limit cut the commanded torque, else 0, (n,).
-        law_state: what the law keeps from step to step, before this instant's step, (n, m); m = 0 for most laws.
+        saturated: 1 where a limit of motors or coils cut the torque that the law asked for, else 0, (n,).
+        law_state: what the law keeps from step to step, before this instant's step. This and all that follows not every
+            run has; of shape (n, m), with m = 0 where there is none.
+        measured_attitude: what the sensors said, m = 4; of ideal sensors none, since it is ``attitude``.
+        measured_rate: likewise [rad/s], m = 3.
+        commanded_torque: torque asked of the motors, within their limits [N·m], m = 3; of ideal motors none, since it
+            is ``torque``.
+        current: of every coil of a spherical motor, at the end of the period [A], m = number of coils.
+        condition: condition number of the torque map for which the currents were found, m = 1.
     """
 
     time: Array = _column("s", "control instant", ())
@@ -52,20 +63,32 @@ class Series:
     tip: Array = _column("m", "tool tip, world frame")
     desired_tip: Array = _column("m", "desired tool tip, world frame")
     saturated: Array = _column("", "a motor limit cut the torque", ())
-    law_state: Array = field(default_factory=lambda: np.empty((0, 0)))
+    law_state: Array = _extra()
+    measured_attitude: Array = _extra()
+    measured_rate: Array = _extra()
+    commanded_torque: Array = _extra()
+    current: Array = _extra()
+    condition: Array = _extra()
 
     def __post_init__(self) -> None:
-        """Gives a series whose law keeps no state the shape of one that keeps nothing at each instant."""
-        if not self.law_state.size:
-            object.__setattr__(self, "law_state", np.empty((len(self.time), 0)))
+        """Gives what the run has not, or has one number of, its two dimensions."""
+        for name in EXTRAS:
+            array = getattr(self, name)
+            if array.ndim != 2 or not array.size:
+                object.__setattr__(self, name, array.reshape(len(self.time), -1 if array.size else 0))
+
+    @property
+    def command(self) -> Array:
+        """Torque asked of the motors, within their limits [N·m], (n, 3)."""
+        return self.commanded_torque if self.commanded_torque.size else self.torque
 
     def __len__(self) -> int:
         """The number of rows."""
         return len(self.time)
 
     def arrays(self) -> dict[str, Any]:
-        """Every array by name: the columns and the law's state."""
-        return {name: getattr(self, name) for name in (*COLUMNS, "law_state")}
+        """Every array by name: the columns and the extras."""
+        return {name: getattr(self, name) for name in (*COLUMNS, *EXTRAS)}
 
     def rows(self, which: slice) -> "Series":
         """The rows that a slice selects, as views."""
@@ -82,6 +105,9 @@ class Series:
         """A series of no rows."""
         return cls(**{name: np.empty((0, width) if width else 0) for name, width in WIDTHS.items()})
 
+
+EXTRAS = ("law_state", "measured_attitude", "measured_rate", "commanded_torque", "current", "condition")
+"""Arrays that not every run has."""
 
 COLUMNS = {column.name: column.metadata for column in fields(Series) if column.metadata}
 """Unit, meaning and axes of every array of a series, by name."""

@@ -1,0 +1,106 @@
+"""Motors described: which faults they have, how large, and the coils of a spherical motor.
+
+The torque that a law asks for is cut by the limits of the model's motors, and then:
+
+==================  ===================================================================================================
+part                what it does
+==================  ===================================================================================================
+torque_quantum Δ    every motor's torque is rounded to a multiple of Δ
+lag T               motor torques, or coil currents, follow theirs as T ẋ = x_wanted − x, exactly, also between samples
+cogging A, n        a torque −∂U/∂θ on the joint, U = −(A/n) Σ cos(n θ_i), θ = log(q): n detents a turn about each axis
+coils               see :mod:`spherical_wrist.actuation.coils`
+==================  ===================================================================================================
+
+A law with prediction takes its model ``lag`` further ahead: a lag is known from a motor's data sheet. Dry friction is
+``friction`` of the experiment, a property of the plant's joint.
+"""
+
+from collections.abc import Sequence
+from typing import Annotated, ClassVar, Self
+
+from pydantic import Field, model_validator
+
+from spherical_wrist.parameters import Member, NonNegative, Positive, quantity
+
+Tilt = Annotated[float, Field(ge=0, lt=1.5)]
+
+
+class Actuation(Member):
+    """Three torque motors, as the model has them."""
+
+    kind: ClassVar[str] = "actuation"
+    abstract: ClassVar[bool] = True
+
+    torque_quantum: NonNegative = quantity(0.0, "N·m", "resolution of a motor's torque")
+    lag: NonNegative = quantity(0.0, "s", "time constant of a motor's torque, or of a coil's current")
+    cogging: NonNegative = quantity(0.0, "N·m", "amplitude of the cogging torque, per axis")
+    detents: Annotated[int, Field(ge=1)] = quantity(8, "", "cogging periods in a turn about an axis")
+
+    @property
+    def perfect(self) -> bool:
+        """Whether the joint gets the torque that the motors are asked for, and no other."""
+        return not (self.torque_quantum or self.lag or self.cogging)
+
+
+class Ideal(Actuation):
+    """The model's three torque motors without a fault but for their limits, and the faults that are set."""
+
+
+class SphericalMotor(Actuation):
+    """A spherical motor: coils on a sphere around a rotor of magnetic poles, their currents allocated in least norm.
+
+    Eight poles and 24 coils in two rings are what Yan, Chen, Lim, Yang and Lee built (their *Permanent Magnet Spherical
+    Motors*, 2011). With the rings at ±30° the torque map has a condition number below 3.8 for every spin and every tilt
+    up to 0.8 rad. Torque constant, resistance and current limit are assumptions that fit this wrist's torques.
+    """
+
+    coils: Annotated[int, Field(ge=3, le=256)] = quantity(24, "", "number of coils")
+    layers: Annotated[int, Field(ge=1, le=16)] = quantity(2, "", "rings that the coils are spread over evenly")
+    latitude: Tilt = quantity(0.5235988, "rad", "of the outermost rings, seen from the ball's centre")
+    poles: Annotated[int, Field(ge=4, le=64, multiple_of=2)] = quantity(8, "", "magnetic poles around the rotor")
+    torque_constant: Positive = quantity(0.02, "N·m/A", "largest torque that one coil makes per ampere")
+    current_limit: Positive = quantity(2.0, "A", "largest current of a coil; beyond it all currents are scaled down")
+    resistance: Positive = quantity(2.5, "Ω", "of one coil")
+    failed: tuple[Annotated[int, Field(ge=0)], ...] = quantity((), "", "numbers of coils that make no torque")
+    failure_known: bool = quantity(False, "", "the allocation does without the failed coils")
+    strength_error: NonNegative = quantity(0.0, "", "relative standard deviation of the coils' strengths, not known")
+
+    @property
+    def perfect(self) -> bool:
+        """Never: coils have currents to find."""
+        return False
+
+    @model_validator(mode="after")
+    def _has_coils_that_work(self) -> Self:
+        if self.coils % self.layers:
+            raise ValueError(f"{self.coils} coils do not spread evenly over {self.layers} layers")
+        wrong = [number for number in self.failed if number >= self.coils]
+        if wrong:
+            raise ValueError(f"there is no coil {wrong[0]}: failed must be numbers from 0 to {self.coils - 1}")
+        if self.coils - len(set(self.failed)) < 3:
+            raise ValueError("fewer than three coils are left, which cannot make every torque")
+        return self
+
+
+class Realistic(SphericalMotor):
+    """The spherical motor with a lag, a torque resolution, cogging, and coils of uneven strength.
+
+    Steps of 1.2·10⁻⁴ N·m are 12 bits over ±0.25 N·m. The lag of a current loop of about 300 Hz, cogging of about 1 % of
+    the largest torque, and strengths known to 2 % are assumptions: no source gives them for a motor of this size.
+    """
+
+    torque_quantum: NonNegative = quantity(1.2e-4, "N·m", "resolution of a motor's torque")
+    lag: NonNegative = quantity(5e-4, "s", "time constant of a motor's torque, or of a coil's current")
+    cogging: NonNegative = quantity(2e-3, "N·m", "amplitude of the cogging torque, per axis")
+    strength_error: NonNegative = quantity(0.02, "", "relative standard deviation of the coils' strengths, not known")
+
+
+def spread(coils: int, layers: int, latitude: float) -> Sequence[tuple[float, float]]:
+    """Longitude and latitude [rad] of every coil: rings evenly between ±latitude, every other turned by half a step.
+
+    A single ring lies on the equator.
+    """
+    each = coils // layers
+    turn = 6.283185307179586 / each
+    heights = [0.0] if layers == 1 else [latitude * (2.0 * layer / (layers - 1) - 1.0) for layer in range(layers)]
+    return [(turn * (k + 0.5 * (layer % 2)), height) for layer, height in enumerate(heights) for k in range(each)]

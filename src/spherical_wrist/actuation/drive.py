@@ -1,0 +1,175 @@
+"""From the torque that a law asks for to the torque on the joint; compiled into the closed loop."""
+
+from math import exp, floor
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from spherical_wrist.actuation.cogging import cogging_torque
+from spherical_wrist.actuation.coils import allocate, coil_torque, condition, fill_map, gram
+from spherical_wrist.actuation.description import Actuation, SphericalMotor, spread
+from spherical_wrist.so3 import Quaternion, Vector3
+
+Array = npt.NDArray[np.float64]
+
+DRIVE = np.dtype(
+    [
+        ("perfect", "f8"),
+        ("motors", "f8", (3, 3)),
+        ("controls", "f8", (3, 3)),
+        ("lower", "f8", 3),
+        ("upper", "f8", 3),
+        ("quantum", "f8", 3),
+        ("decay", "f8"),
+        ("mean", "f8"),
+        ("cogging", "f8"),
+        ("detents", "i8"),
+        ("order", "i8"),
+        ("limit", "f8"),
+        ("condition", "f8"),
+    ],
+    align=True,
+)
+"""The motors' parameters, then the condition number of the coils' torque map as the controller believes it."""
+
+
+class Drive(NamedTuple):
+    """Motors in the form that the loop uses. What follows ``wanted`` are three motor controls, or N coil currents.
+
+    Attributes:
+        settings: a DRIVE record, or an array of one.
+        wanted: motor controls or coil currents [A] that are asked for, (3,) or (N,).
+        level: what they are.
+        coils: directions of the coils in the world, (N, 3); N = 0 for three motors.
+        strength: torque per ampere of each coil [N·m/A], (N,).
+        believed: what the allocation takes it for, (N,).
+        K: torque map, (3, N), working memory.
+    """
+
+    settings: Any
+    wanted: Array
+    level: Array
+    coils: Array
+    strength: Array
+    believed: Array
+    K: Array
+
+
+def drive_of(
+    actuation: Actuation, motors: Array, lower: Array, upper: Array, physics_period: float, seed: int
+) -> Drive:
+    """Motors at rest.
+
+    Args:
+        actuation: their description.
+        motors: body-frame torque [N·m] per control of the model's three motors, (3, 3).
+        lower: smallest controls (3,).
+        upper: largest controls (3,).
+        physics_period: physics step [s].
+        seed: of the coils' uneven strengths.
+    """
+    settings = np.zeros(1, DRIVE)
+    settings["perfect"] = actuation.perfect
+    settings["motors"], settings["controls"] = motors, np.linalg.inv(motors)
+    settings["lower"], settings["upper"] = lower, upper
+    settings["quantum"] = actuation.torque_quantum / np.linalg.norm(motors, axis=0)
+    if actuation.lag > 0.0:
+        ratio = physics_period / actuation.lag
+        settings["decay"], settings["mean"] = exp(-ratio), (1.0 - exp(-ratio)) / ratio
+    settings["cogging"], settings["detents"] = actuation.cogging, actuation.detents
+    settings["condition"] = np.nan
+    if not isinstance(actuation, SphericalMotor):
+        none = np.zeros(0)
+        return Drive(settings, np.zeros(3), np.zeros(3), np.zeros((0, 3)), none, none.copy(), np.zeros((3, 0)))
+    count = actuation.coils
+    settings["order"], settings["limit"] = actuation.poles // 2, actuation.current_limit
+    places = np.array(spread(count, actuation.layers, actuation.latitude))
+    longitude, latitude = places.T
+    flat = np.cos(latitude)
+    coils = np.stack([flat * np.cos(longitude), flat * np.sin(longitude), np.sin(latitude)], axis=1)
+    works = np.ones(count)
+    works[list(actuation.failed)] = 0.0
+    uneven = 1.0 + actuation.strength_error * np.random.default_rng([seed, 2]).standard_normal(count)
+    believed = actuation.torque_constant * (works if actuation.failure_known else np.ones(count))
+    strength = actuation.torque_constant * works * uneven
+    return Drive(settings, np.zeros(count), np.zeros(count), coils, strength, believed, np.zeros((3, count)))
+
+
+def ask(drive: Drive, torque: Any, seen: Quaternion, control: Array) -> float:
+    """Takes a law's torque [N·m]: writes ``drive.wanted``, and into ``control`` the motor controls that would make it.
+
+    Args:
+        drive: the motors.
+        torque: body-frame torque that is asked for, (3,).
+        seen: attitude for which currents are allocated.
+        control: motor controls within their limits (3,), written.
+
+    Returns:
+        1 if a limit cut the torque, else 0.
+    """
+    now, saturated = drive.settings, 0.0
+    for i in range(3):
+        wanted = 0.0
+        for j in range(3):
+            wanted += now.controls[i, j] * torque[j]
+        if now.quantum[i] > 0.0:
+            wanted = now.quantum[i] * floor(wanted / now.quantum[i] + 0.5)
+        control[i] = wanted
+        if wanted < now.lower[i]:
+            control[i] = now.lower[i]
+            saturated = 1.0
+        elif wanted > now.upper[i]:
+            control[i] = now.upper[i]
+            saturated = 1.0
+    if now.perfect > 0.5:
+        return saturated
+    if len(drive.coils) == 0:
+        for i in range(3):
+            drive.wanted[i] = control[i]
+        return saturated
+    fill_map(seen, drive.coils, drive.believed, now.order, drive.K)
+    entries = gram(drive.K)
+    now.condition = condition(entries)
+    cut = allocate(drive.K, entries, motor_torque(now.motors, control), now.limit, drive.wanted)
+    return 1.0 if cut else saturated
+
+
+def make(drive: Drive, attitude: Quaternion, control: Array, applied: Array) -> None:
+    """The motors over one physics step: writes the mean of the controls they reach, and adds cogging to ``applied``.
+
+    Args:
+        drive: the motors; not for perfect ones, whose controls are those that :func:`ask` wrote.
+        attitude: true attitude at the beginning of the step.
+        control: motor controls (3,), written.
+        applied: torque on the joint (3,) [N·m], added to.
+    """
+    now = drive.settings
+    x, y, z = 0.0, 0.0, 0.0
+    for j in range(len(drive.level)):
+        missing = drive.level[j] - drive.wanted[j]
+        mean = drive.wanted[j] + now.mean * missing
+        drive.level[j] = drive.wanted[j] + now.decay * missing
+        if len(drive.coils) > 0:
+            t = coil_torque(attitude, (drive.coils[j, 0], drive.coils[j, 1], drive.coils[j, 2]), now.order)
+            mean *= drive.strength[j]
+        else:
+            t = (now.motors[0, j], now.motors[1, j], now.motors[2, j])
+        x, y, z = x + mean * t[0], y + mean * t[1], z + mean * t[2]
+    for i in range(3):
+        made = now.controls[i, 0] * x + now.controls[i, 1] * y + now.controls[i, 2] * z
+        control[i] = min(now.upper[i], max(now.lower[i], made))  # as MuJoCo will cut it
+    if now.cogging > 0.0:
+        cog = cogging_torque(attitude, now.cogging, now.detents)
+        for i in range(3):
+            applied[i] += cog[i]
+
+
+def motor_torque(motors: Array, control: Any) -> Vector3:
+    """Body-frame torque [N·m] of the model's three motors at their controls."""
+    u, v, w = control[0], control[1], control[2]
+    return (
+        motors[0, 0] * u + motors[0, 1] * v + motors[0, 2] * w,
+        motors[1, 0] * u + motors[1, 1] * v + motors[1, 2] * w,
+        motors[2, 0] * u + motors[2, 1] * v + motors[2, 2] * w,
+    )

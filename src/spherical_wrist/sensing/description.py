@@ -1,0 +1,73 @@
+"""Sensors described: which faults they have, and how large.
+
+From the true attitude q(t) and rate ω(t) at the control instants t_k, the controller gets, in this order,
+
+=================  ====================================================================================================
+part               what it does
+=================  ====================================================================================================
+delay δ            the sample of instant t_k is q(t_k − δ), ω(t_k − δ); between instants on the geodesic, and linear
+attitude_noise σ   q ⊗ exp(ν), ν ~ N(0, σ² I): white from sample to sample, independent on the axes
+attitude_quantum Δ exp(Δ round(log(q) / Δ)), component by component: an error uniform within ±Δ/2
+rate_noise, bias   ω + b + ν, ν ~ N(0, σ² I)
+rate = estimated   no rate sensor: ω̂ += s / (s + T_f) (log(q'⁻¹ q) / s − ω̂), from the sample q' of s seconds before
+loss p             each sample but the first is lost with probability p; the one before stays in force
+=================  ====================================================================================================
+
+Where the samples are ``timestamped``, their age a_k (the delay and the periods lost) is known: the controller forms its
+errors with the reference at t_k − a_k, and a law with prediction takes its model a_k further ahead.
+"""
+
+from typing import Annotated, ClassVar, Literal
+
+from pydantic import Field
+
+from spherical_wrist.parameters import Member, NonNegative, Vector, quantity
+
+Probability = Annotated[float, Field(ge=0, lt=1)]
+Delay = Annotated[float, Field(ge=0, le=1)]
+
+
+class Sensing(Member):
+    """Sensors of attitude and rate."""
+
+    kind: ClassVar[str] = "sensing"
+    abstract: ClassVar[bool] = True
+
+    attitude_noise: NonNegative = quantity(0.0, "rad", "standard deviation of the attitude, per axis and sample")
+    attitude_quantum: NonNegative = quantity(0.0, "rad", "resolution of the attitude, per component of its log")
+    rate_noise: NonNegative = quantity(0.0, "rad/s", "standard deviation of the rate, per axis and sample")
+    rate_bias: Vector = quantity((0.0, 0.0, 0.0), "rad/s", "constant error of the rate, per axis")
+    rate: Literal["measured", "estimated"] = quantity(
+        "measured", "", "by a sensor of its own, or from attitude samples"
+    )
+    rate_filter: NonNegative = quantity(0.0, "s", "time constant T_f of the filter on an estimated rate")
+    delay: Delay = quantity(0.0, "s", "age of a sample, any fraction of periods")
+    loss: Probability = quantity(0.0, "", "probability that a sample is lost")
+    timestamped: bool = quantity(True, "", "the age of samples is known, and accounted for")
+
+    @property
+    def perfect(self) -> bool:
+        """Whether the controller sees the true state."""
+        sizes = (self.attitude_noise, self.attitude_quantum, self.rate_noise, self.delay, self.loss, *self.rate_bias)
+        return not any(sizes) and self.rate == "measured"
+
+
+class Ideal(Sensing):
+    """Sensors without a fault, but for those that are set."""
+
+
+class Realistic(Sensing):
+    """A 16-bit orientation sensor of one arc minute, a MEMS gyroscope, and a bus that costs half a millisecond.
+
+    One arc minute (2.9·10⁻⁴ rad) is what a Hall array for spherical motors is reported to reach within a 15° cone; it
+    is taken as the standard deviation of the noise. 2π/2¹⁶ is the resolution of 16 bits over a turn. The gyroscope's
+    noise is 2.8·10⁻³ °/s/√Hz (TDK InvenSense, ICM-42688-P data sheet) over 500 Hz. What is left of its bias after
+    calibration at rest, the delay and the loss are assumptions.
+    """
+
+    attitude_noise: NonNegative = quantity(2.9e-4, "rad", "standard deviation of the attitude, per axis and sample")
+    attitude_quantum: NonNegative = quantity(9.6e-5, "rad", "resolution of the attitude, per component of its log")
+    rate_noise: NonNegative = quantity(1.1e-3, "rad/s", "standard deviation of the rate, per axis and sample")
+    rate_bias: Vector = quantity((1e-3, 1e-3, 1e-3), "rad/s", "constant error of the rate, per axis")
+    delay: Delay = quantity(5e-4, "s", "age of a sample, any fraction of periods")
+    loss: Probability = quantity(1e-3, "", "probability that a sample is lost")
