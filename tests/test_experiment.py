@@ -270,3 +270,17 @@ def test_a_short_run_is_judged_by_its_second_half():
 
 def test_the_model_travels_with_the_package():
     assert Experiment(model=None).nominal().model.nbody == 4
+
+
+def test_a_random_reference_follows_the_seed_and_the_run_knows_which_motion_it_was():
+    runs = [simulate(Experiment(reference="beating_heart", seed=seed, duration=0.5)) for seed in (1, 1, 2)]
+    assert np.array_equal(runs[0].desired_attitude, runs[1].desired_attitude)
+    assert not np.array_equal(runs[0].desired_attitude, runs[2].desired_attitude)
+    again = runs[2].experiment.drawn_reference.motion(runs[2].time)
+    assert np.array_equal(again["attitude"], runs[2].desired_attitude)
+
+
+def test_a_complaint_of_several_parameters_together_is_in_its_own_words():
+    with pytest.raises(ParameterError) as caught:
+        Experiment(actuation={"name": "spherical_motor", "coils": 25})
+    assert one_line(caught.value) == "actuation spherical_motor: 25 coils do not spread evenly over 2 layers"

@@ -139,7 +139,9 @@ def _sentence(detail: ErrorDetails, model: type[BaseModel]) -> str:
         return str(UnknownNameError("parameter", path[-1], model.model_fields))
     said = detail["msg"].removeprefix("Value error, ")
     said = said.replace("Input should be", "must be").replace("valid number", "number")
-    field = path[0] if path else ""
+    if not path:  # of a validator of the whole: its own words say what
+        return one_line(said)
+    field = path[0]
     unit = f" [{unit_of(model, field)}]" if field in model.model_fields and unit_of(model, field) else ""
     given = one_line(repr(detail["input"]), limit=80)
     return one_line(f"{'.'.join(path)} = {given}{unit}: {said}")

@@ -36,7 +36,7 @@ def run(
     law: Annotated[
         str | None, Option(help="control law, or path/to/file.py:Name [fuzzy_sliding_computed_torque]")
     ] = None,
-    reference: Annotated[str | None, Option(help="desired motion [lissajous]")] = None,
+    reference: Annotated[str | None, Option(help="desired motion, or recorded:FILE [lissajous]")] = None,
     disturbance: Annotated[
         float | None, Option(metavar="LEVEL", help="disturbance as a fraction of the peak nominal torque [0.25]")
     ] = None,

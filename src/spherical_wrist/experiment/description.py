@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Self
 
+import numpy as np
 from pydantic import AfterValidator, BeforeValidator, Field, SerializeAsAny
 
 from spherical_wrist.actuation import Actuation, SphericalMotor
@@ -131,6 +132,11 @@ class Experiment(Parameters):
     def start(self) -> Start:
         """The initial errors."""
         return Start(self.initial_error, self.initial_rate_error)
+
+    @property
+    def drawn_reference(self) -> Reference:
+        """The reference with everything random in it drawn, from the experiment's seed."""
+        return self.reference.drawn(np.random.default_rng([self.seed, 3]))
 
     @property
     def hardware(self) -> Hardware:

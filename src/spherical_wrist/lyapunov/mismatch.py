@@ -89,8 +89,8 @@ def _check(run: Run) -> None:
         )
     if run.measured_attitude.size or run.commanded_torque.size:
         raise ParameterError(
-            "the Lyapunov monitor follows the surface of the true state and the torque that the law asked for: simulate "
-            "with ideal sensing and actuation"
+            "the Lyapunov monitor follows the surface of the true state and the torque that the law asked for: "
+            "simulate with ideal sensing and actuation"
         )
     if np.isnan(run.surface).any() or np.isnan(run.slope).any():
         raise ParameterError(

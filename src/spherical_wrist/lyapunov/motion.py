@@ -105,7 +105,7 @@ def inertia(wrist: Wrist) -> Array:
 
 def _feed_forward(run: Run) -> Array:
     """a_d [rad/s²] at the control instants, (n, 3)."""
-    motion = run.experiment.reference.motion(run.time)
+    motion = run.experiment.drawn_reference.motion(run.time)
     vectors = (run.attitude, run.rate, run.desired_attitude, run.desired_rate, motion["acceleration"])
     columns = [tuple(np.ascontiguousarray(vector.T)) for vector in vectors]
     # plain arithmetic on components: the scalar function takes whole columns as well

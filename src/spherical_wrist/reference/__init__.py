@@ -2,6 +2,10 @@
 
 from spherical_wrist.reference.angles import Lissajous, Sinusoid
 from spherical_wrist.reference.base import Reference
+from spherical_wrist.reference.beating_heart import BeatingHeart
+from spherical_wrist.reference.chirp import Chirp
+from spherical_wrist.reference.recorded import Recorded
 from spherical_wrist.reference.slew import Hold, Step
+from spherical_wrist.reference.suture import Suture
 
-__all__ = ["Hold", "Lissajous", "Reference", "Sinusoid", "Step"]
+__all__ = ["BeatingHeart", "Chirp", "Hold", "Lissajous", "Recorded", "Reference", "Sinusoid", "Step", "Suture"]

@@ -1,20 +1,28 @@
 """What a reference is: an attitude as an exactly differentiable function of time."""
 
+from collections.abc import Mapping
 from typing import Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
 
 from spherical_wrist.dynamics import MOTION
+from spherical_wrist.errors import ParameterError
 from spherical_wrist.parameters import Member
 
 Array = npt.NDArray[np.float64]
 
 
 class Reference(Member):
-    """A desired motion. Subclass it, annotate the parameters, write ``motion``."""
+    """A desired motion. Subclass it, annotate the parameters, write ``motion``.
+
+    Attributes:
+        subject: the parameter that the text after a colon stands for, as in ``recorded:FILE``; empty where there is
+            no such short form.
+    """
 
     kind: ClassVar[str] = "reference"
+    subject: ClassVar[str] = ""
 
     def motion(self, time: Array) -> npt.NDArray[Any]:
         """Attitude, body rate [rad/s] and body acceleration [rad/s²] at ``time`` [s], (n,), as an array of MOTION."""
@@ -23,6 +31,45 @@ class Reference(Member):
     def drawn(self, random: np.random.Generator) -> "Reference":
         """This reference with everything random in it drawn: itself, where nothing is."""
         return self
+
+    @classmethod
+    def resolve(cls, given: Any, default: str) -> Any:
+        """See :meth:`Member.resolve`; a name may be ``NAME:TEXT``, where the reference has such a short form.
+
+        Raises:
+            UnknownNameError: the name is not in the family; the message has the nearest valid one.
+            ParameterError: a parameter is not valid, or stands both in the name and beside it.
+        """
+        table = {"name": given} if isinstance(given, str) else given
+        name = table.get("name") if isinstance(table, Mapping) else None
+        if isinstance(name, str) and (found := _short_form(cls, name)):
+            member, text = found
+            beside = table.get(member.subject)
+            if beside is not None and str(beside) != text:
+                raise ParameterError(
+                    f"reference {name!r} and {member.subject} = {str(beside)!r}: two of them; give one"
+                )
+            given = {**table, "name": member.name, member.subject: text}
+        return super().resolve(given, default)
+
+    @classmethod
+    def member(cls, name: Any) -> type[Member]:
+        """See :meth:`Member.member`; a name may be ``NAME:TEXT``, where the reference has such a short form.
+
+        Raises:
+            UnknownNameError: there is none; the message has the nearest valid one.
+        """
+        found = _short_form(cls, name) if isinstance(name, str) else None
+        return found[0] if found else super().member(name)
+
+
+def _short_form(family: type[Reference], name: str) -> tuple[type[Reference], str] | None:
+    """The reference and the text that ``NAME:TEXT`` stands for; None where it does not."""
+    known, colon, text = name.partition(":")
+    member = family.members.get(known)
+    if not colon or member is None or not issubclass(member, Reference) or not member.subject:
+        return None
+    return member, text
 
 
 def motion_of(attitude: Array, rate: Array, acceleration: Array) -> npt.NDArray[Any]:

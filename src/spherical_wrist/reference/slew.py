@@ -8,6 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from spherical_wrist.parameters import NonNegative, Positive, Vector, quantity
 from spherical_wrist.reference.base import Array, Reference, motion_of
+from spherical_wrist.reference.minimum_jerk import minimum_jerk
 
 
 class Hold(Reference):
@@ -18,7 +19,7 @@ class Hold(Reference):
     def motion(self, time: Array) -> npt.NDArray[Any]:
         """See :meth:`Reference.motion`."""
         still = np.zeros((len(time), 3))
-        return motion_of(_exp(np.tile(self.rotation, (len(time), 1))), still, still)
+        return motion_of(quaternion_of_vectors(np.tile(self.rotation, (len(time), 1))), still, still)
 
 
 class Step(Reference):
@@ -34,14 +35,11 @@ class Step(Reference):
 
     def motion(self, time: Array) -> npt.NDArray[Any]:
         """See :meth:`Reference.motion`."""
-        s = np.clip((time - self.start) / self.length, 0.0, 1.0)[:, None]
+        way, speed, change = minimum_jerk((time - self.start)[:, None] / self.length)
         v = np.array(self.rotation)
-        way = s**3 * (10.0 - 15.0 * s + 6.0 * s**2)
-        speed = 30.0 * s**2 * (1.0 - s) ** 2 / self.length
-        change = 60.0 * s * (1.0 - s) * (1.0 - 2.0 * s) / self.length**2
-        return motion_of(_exp(way * v), speed * v, change * v)
+        return motion_of(quaternion_of_vectors(way * v), speed / self.length * v, change / self.length**2 * v)
 
 
-def _exp(vectors: Array) -> Array:
-    """Quaternions (n, 4) of rotation vectors (n, 3)."""
+def quaternion_of_vectors(vectors: Array) -> Array:
+    """Quaternions (n, 4) of rotation vectors [rad] (n, 3)."""
     return np.asarray(Rotation.from_rotvec(vectors).as_quat(scalar_first=True))

@@ -1,0 +1,175 @@
+"""A recorded motion as a smooth curve of quaternions."""
+
+from typing import Any, Literal, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+from scipy.interpolate import BPoly, CubicSpline, PPoly, make_smoothing_spline
+from scipy.spatial.transform import Rotation
+
+from spherical_wrist.reference.curve import motion_of_curve
+from spherical_wrist.reference.recorded_rows import Array, RowError, Track
+
+WIDEST = 0.5 * np.pi
+"""Largest turn from row to row [rad]: beyond it, which way it went is a guess."""
+AROUND = 1.9 * np.pi
+"""Largest angle from the mean [rad] that can be scaled: at a whole turn its axis is anything."""
+
+After = Literal["hold", "repeat"]
+
+
+class Treatment(NamedTuple):
+    """What is done to a recorded motion.
+
+    Attributes:
+        scale: factor of the angles from the mean attitude.
+        smoothing: T of the low-pass 1/(1 + (ω T)⁴) [s]; 0 for none.
+        after: what follows its end.
+        blend: time of coming to rest, or of going back to the start [s].
+    """
+
+    scale: float
+    smoothing: float
+    after: After
+    blend: float
+
+
+class Curve(NamedTuple):
+    """A curve of quaternions, piecewise polynomial.
+
+    Attributes:
+        pieces: the curve, from ``first`` to ``last``; its quaternions are not of unit norm.
+        first: where it begins [s]; before, it is held, if it does not repeat.
+        last: where it ends [s].
+        period: time after which it repeats [s]; 0 where it does not.
+        sign: −1 where the repetition begins with the negative of the quaternions that it should begin with.
+    """
+
+    pieces: PPoly
+    first: float
+    last: float
+    period: float = 0.0
+    sign: float = 1.0
+
+    def motion(self, time: Array) -> npt.NDArray[Any]:
+        """The motion at ``time`` [s], (n,), as an array of MOTION."""
+        cycle = np.floor(time / self.period) if self.period else np.zeros_like(time)
+        since = np.clip(time - cycle * self.period, self.first, self.last)
+        motion = motion_of_curve(self.pieces(since), self.pieces(since, 1), self.pieces(since, 2))
+        if self.sign < 0.0:
+            motion["attitude"][np.mod(cycle, 2.0) == 1.0] *= -1.0
+        return motion
+
+
+def curve_of(track: Track, treatment: Treatment) -> Curve:
+    """The curve through a recorded motion, relative to its mean attitude.
+
+    Rows become quaternions q₀⁻¹ q, of the sign that does not jump, with the mean q₀ weighted by the time that each row
+    stands for. A cubic spline through their four numbers, taken for a direction in R⁴, is an attitude with continuous
+    acceleration, and the same whatever frames world and body are measured in. Smoothing fits, for the spline through
+    all rows, the one that minimises ∫ |p − q|² + T⁴ |p̈|² dt. ``scale`` multiplies their rotation vectors.
+
+    Args:
+        track: the motion.
+        treatment: what is done to it.
+
+    Raises:
+        RowError: rows are too far apart to know how it turned between them, or the motion cannot be scaled.
+    """
+    rows = _smooth(track.time, _relative(track), treatment.smoothing)
+    if treatment.scale != 1.0:
+        rows = _scaled(rows, treatment.scale)
+    spline = CubicSpline(track.time, rows)
+    between = track.time[:-1] + np.outer((0.25, 0.5, 0.75), np.diff(track.time))
+    shortest = np.linalg.norm(spline(between), axis=2).min(axis=0)
+    if shortest.min() < 0.5:
+        raise RowError(f"it turns too far between data rows {shortest.argmin() + 1} and {shortest.argmin() + 2}")
+    ends = motion_of_curve(*(spline(track.time[[0, -1]], order) for order in range(3)))
+    return _held(spline, ends, treatment.blend) if treatment.after == "hold" else _closed(spline, ends, treatment.blend)
+
+
+def _relative(track: Track) -> Array:
+    """Quaternions from the mean attitude, continuous, and mostly on the side of +1."""
+    steps = np.diff(track.time)
+    weights = 0.5 * (np.append(steps, 0.0) + np.insert(steps, 0, 0.0))
+    rotations = Rotation.from_quat(track.attitude, scalar_first=True)
+    rows = (rotations.mean(weights=weights).inv() * rotations).as_quat(scalar_first=True)
+    follows = np.einsum("ij,ij->i", rows[1:], rows[:-1])
+    near = np.abs(follows) >= np.cos(0.5 * WIDEST)
+    if not near.all():
+        row = int(np.argmin(near)) + 2
+        raise RowError(
+            f"data row {row} turns by {2.0 * np.degrees(np.arccos(min(1.0, abs(follows[row - 2])))):.0f}° from the row "
+            f"before: more than {np.degrees(WIDEST):.0f}° cannot be interpolated"
+        )
+    rows[1:] *= np.cumprod(np.sign(follows))[:, None]
+    return np.asarray(rows if rows[:, 0].sum() >= 0.0 else -rows)
+
+
+def _smooth(time: Array, rows: Array, smoothing: float) -> Array:
+    if smoothing == 0.0:
+        return rows
+    if len(time) < 5:
+        raise RowError("at least 5 rows are needed for smoothing")
+    steps = np.diff(time)
+    weights = 0.5 * (np.append(steps, steps[-1]) + np.insert(steps, 0, steps[0]))
+    smooth = make_smoothing_spline(time, rows, w=weights, lam=smoothing**4)(time)
+    return np.asarray(smooth / np.linalg.norm(smooth, axis=1)[:, None])
+
+
+def _scaled(rows: Array, scale: float) -> Array:
+    """exp(scale · log q), where the logarithm goes on beyond half a turn."""
+    sine = np.linalg.norm(rows[:, 1:], axis=1)
+    half = np.arctan2(sine, rows[:, 0])
+    if half.max() > 0.5 * AROUND:
+        raise RowError(
+            f"data row {half.argmax() + 1} is {2.0 * np.degrees(half.max()):.0f}° from the mean attitude: only motions "
+            f"of up to {np.degrees(AROUND):.0f}° can be scaled; leave scale at 1"
+        )
+    factor = np.where(sine > 1e-12, np.sin(scale * half) / np.maximum(sine, 1e-12), scale)
+    return np.column_stack([np.cos(scale * half), factor[:, None] * rows[:, 1:]])
+
+
+def _held(spline: CubicSpline, ends: npt.NDArray[Any], blend: float) -> Curve:
+    """At rest before and after: both ends are led to rest with an acceleration that falls to zero.
+
+    In the tangent space at an end the curve leaves with rate v and acceleration a, and rests after the time B at
+    v B/2 + a B²/12, where the polynomial that meets these six conditions is of fourth degree.
+    """
+    last = spline.x[-1]
+    still = np.zeros(4)
+    (start, v, a), (end, u, b) = (_states(ends[k]) for k in range(2))
+    come = BPoly.from_derivatives(
+        [-blend, 0.0], [[start - 0.5 * blend * v + blend**2 / 12.0 * a, still, still], [start, v, a]]
+    )
+    go = BPoly.from_derivatives(
+        [last, last + blend], [[end, u, b], [end + 0.5 * blend * u + blend**2 / 12.0 * b, still, still]]
+    )
+    return Curve(_joined([come, spline, go]), -blend, last + blend)
+
+
+def _closed(spline: CubicSpline, ends: npt.NDArray[Any], blend: float) -> Curve:
+    """Repeated: the end leads back to the start with continuous acceleration."""
+    last = spline.x[-1]
+    start, end = (np.array(_states(ends[k])) for k in range(2))
+    sign = 1.0 if start[0] @ end[0] >= 0.0 else -1.0
+    back = BPoly.from_derivatives([last, last + blend], [end, sign * start])
+    period = last + blend
+    if np.linalg.norm(back(np.linspace(last, period, 201)), axis=1).min() < 0.3:
+        raise RowError("its end turns too fast to be led back to its start: give a shorter blend, or after = 'hold'")
+    return Curve(_joined([spline, back]), 0.0, period, period, sign)
+
+
+def _states(end: Any) -> tuple[Array, Array, Array]:
+    """The quaternion q and, in the space tangent to the unit quaternions there, ½ q ω and ½ q ω̇, each (4,)."""
+    w, x, y, z = q = end["attitude"]
+    left = 0.5 * np.array([[-x, -y, -z], [w, -z, y], [z, w, -x], [-y, x, w]])
+    return q, left @ end["rate"], left @ end["acceleration"]
+
+
+def _joined(parts: list[Any]) -> PPoly:
+    """One piecewise polynomial of fifth degree from several, each of which begins where the one before ends."""
+    pieces = [PPoly.from_bernstein_basis(part) if isinstance(part, BPoly) else part for part in parts]
+    raised = [np.concatenate([np.zeros((6 - len(piece.c), *piece.c.shape[1:])), piece.c]) for piece in pieces]
+    edges = [pieces[0].x[:1], *(piece.x[1:] for piece in pieces)]
+    return PPoly(np.concatenate(raised, axis=1), np.concatenate(edges))
