@@ -47,6 +47,7 @@ def signals(count, seed=0):
     root = random.normal(size=(count, 3, 3))
     made["H"] = 1e-4 * (root @ root.transpose(0, 2, 1) + 3.0 * np.eye(3))
     made["N"] = 0.02 * random.normal(size=(count, 3))
+    made["horizon"] = 5e-4
     return made
 
 
@@ -248,10 +249,13 @@ def test_one_number_stands_for_three_axes_and_arrays_are_taken(law, name):
 SECOND, TORQUE, RADIAN = 7.0, 3.0, 1.9
 """How large a second, a newton metre and a radian are in other, made-up units."""
 
+TRUE_ANGLES = {"geometric_tracking", "slotine_li"}
+"""Laws in which only the radian will do: the sine of an angle, and ω × H ω, which is a torque but for a radian."""
 
-def factor(unit):
+
+def factor(unit, radian=RADIAN):
     """What a number in ``unit`` is multiplied by in the made-up units."""
-    sizes = {"": 1.0, "1": 1.0, "s": SECOND, "Hz": 1.0 / SECOND, "N·m": TORQUE, "rad": RADIAN}
+    sizes = {"": 1.0, "1": 1.0, "s": SECOND, "Hz": 1.0 / SECOND, "N·m": TORQUE, "rad": radian}
     power = {"²": 2.0, "³": 3.0, "½": 0.5}
     total = 1.0
     for sign, part in zip((1.0, -1.0), f"{unit}/".split("/")[:2], strict=True):
@@ -265,21 +269,22 @@ def factor(unit):
 def test_the_units_of_the_parameters_fit_together(law):
     """In other units of time, torque and angle the same law gives the same torque: every unit is the right one."""
     given, one = signals(30, seed=6), other(law)
+    radian = 1.0 if law.name in TRUE_ANGLES else RADIAN
     scaled = given.copy()
     for name, unit in {
         "time": "s", "period": "s", "rate": "rad/s", "desired_rate": "rad/s", "error": "rad", "rate_error": "rad/s",
-        "feed_forward": "rad/s²", "H": "N·m·s²/rad", "N": "N·m",
+        "feed_forward": "rad/s²", "H": "N·m·s²/rad", "N": "N·m", "horizon": "s",
     }.items():  # fmt: skip
-        scaled[name] *= factor(unit)
+        scaled[name] *= factor(unit, radian)
     changes = {}
     for name, field in law.model_fields.items():
         value = getattr(one, name)
         if isinstance(value, float | tuple):
-            changes[name] = (np.array(value) * factor(field.json_schema_extra["unit"])).tolist()
+            changes[name] = (np.array(value) * factor(field.json_schema_extra["unit"], radian)).tolist()
     here, _ = steps(one, given)
     there, _ = steps(law(**changes), scaled)
     for name, unit in {"torque": "N·m", "surface": "rad/s", "slope": "1/s"}.items():
-        np.testing.assert_allclose(there[name], here[name] * factor(unit), rtol=1e-9)
+        np.testing.assert_allclose(there[name], here[name] * factor(unit, radian), rtol=1e-9)
 
 
 # --- each law from the paper

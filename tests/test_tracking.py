@@ -19,6 +19,14 @@ BOUNDS = {
     "sliding_computed_torque": (3.1e-3, 4.1e-3),
     "fuzzy_sliding_computed_torque": (5.5e-4, 7.2e-4),
     "adaptive_fuzzy_sliding_computed_torque": (3.9e-4, 5.5e-4),
+    "fuzzy_integral_sliding": (2.4e-6, 4.4e-6),
+    "boundary_layer_sliding_mode": (3.0e-5, 4.6e-5),
+    "computed_torque_integral": (3.0e-5, 4.6e-5),
+    "computed_torque_observer": (5.7e-6, 1.0e-5),
+    "geometric_tracking": (3.0e-5, 4.6e-5),
+    "slotine_li": (3.0e-5, 4.6e-5),
+    "super_twisting": (3.0e-5, 4.6e-5),
+    "time_delay_control": (3.0e-5, 4.6e-5),
 }
 """RMS and largest attitude error [rad] of each law on the Lissajous motion against 25 %, over masses 0.5 … 1.5."""
 

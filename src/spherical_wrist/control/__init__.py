@@ -1,24 +1,40 @@
 """Control laws: the contract, and one law a file."""
 
 from spherical_wrist.control.adaptive_fuzzy_sliding_computed_torque import AdaptiveFuzzySlidingComputedTorque
+from spherical_wrist.control.boundary_layer_sliding_mode import BoundaryLayerSlidingMode
 from spherical_wrist.control.computed_torque import ComputedTorque
+from spherical_wrist.control.computed_torque_integral import ComputedTorqueIntegral
+from spherical_wrist.control.computed_torque_observer import ComputedTorqueObserver
 from spherical_wrist.control.contract import Command, Law, ModelBasedLaw, Signal
+from spherical_wrist.control.fuzzy_integral_sliding import FuzzyIntegralSliding
 from spherical_wrist.control.fuzzy_sliding_computed_torque import FuzzySlidingComputedTorque
+from spherical_wrist.control.geometric_tracking import GeometricTracking
 from spherical_wrist.control.pd import PD
 from spherical_wrist.control.sliding_computed_torque import SlidingComputedTorque
 from spherical_wrist.control.sliding_mode import SlidingMode
+from spherical_wrist.control.slotine_li import SlotineLi
+from spherical_wrist.control.super_twisting import SuperTwisting
 from spherical_wrist.control.switching import switch
+from spherical_wrist.control.time_delay_control import TimeDelayControl
 
 __all__ = [
     "PD",
     "AdaptiveFuzzySlidingComputedTorque",
+    "BoundaryLayerSlidingMode",
     "Command",
     "ComputedTorque",
+    "ComputedTorqueIntegral",
+    "ComputedTorqueObserver",
+    "FuzzyIntegralSliding",
     "FuzzySlidingComputedTorque",
+    "GeometricTracking",
     "Law",
     "ModelBasedLaw",
     "Signal",
     "SlidingComputedTorque",
     "SlidingMode",
+    "SlotineLi",
+    "SuperTwisting",
+    "TimeDelayControl",
     "switch",
 ]

@@ -44,6 +44,7 @@ SIGNAL = np.dtype(
         ("feed_forward", "f8", 3),
         ("H", "f8", (3, 3)),
         ("N", "f8", 3),
+        ("horizon", "f8"),
     ],
     align=True,
 )
@@ -66,6 +67,8 @@ class Signal(Protocol):
         H: 3 × 3 inertia matrix of the nominal model [kg·m²]; with prediction, half a period ahead.
         N: Coriolis, centrifugal, gravity and known damping torque of the nominal model [N·m], likewise; of laws that
             ask for gravity only, gravity at rest.
+        horizon: how far ahead of the sample H, N and feed-forward are evaluated [s]: half a period, and what is known
+            of the age of the sample and the lag of the motors; 0 without prediction.
     """
 
     time: float
@@ -79,6 +82,7 @@ class Signal(Protocol):
     feed_forward: Array
     H: Array
     N: Array
+    horizon: float
 
 
 class Command(Protocol):

@@ -6,12 +6,23 @@ from spherical_wrist.dynamics import Nominal, evaluate
 from spherical_wrist.so3 import advance, attitude_error, feed_forward, rate_error
 
 
-def sense(signal: Any, settings: Any, k: int, q: Any, rate: Any, desired: Any) -> None:
-    """Writes what is measured and desired at control instant k of this call of the loop, and the tracking errors."""
-    d, v = desired.attitude, desired.rate
+def sense(signal: Any, settings: Any, k: int, q: Any, rate: Any, desired: Any, rate_age: float) -> None:
+    """Writes what is measured and desired at control instant k of this call of the loop, and the tracking errors.
+
+    Args:
+        signal: written.
+        settings: a SETTINGS record.
+        k: number of the instant.
+        q: measured attitude.
+        rate: measured rate [rad/s].
+        desired: the reference, as MOTION, at the time of the attitude.
+        rate_age: how much older than the attitude the rate is known to be [s].
+    """
+    d, v, a = desired.attitude, desired.rate, desired.acceleration
     target = (d[0], d[1], d[2], d[3])
     e = attitude_error(q, target)
-    de = rate_error(q, rate, target, (v[0], v[1], v[2]))
+    then = (v[0] - rate_age * a[0], v[1] - rate_age * a[1], v[2] - rate_age * a[2])
+    de = rate_error(q, rate, target, then)
     signal.time = (settings.first + k) * settings.period
     signal.period = settings.period
     for i in range(4):
@@ -48,6 +59,7 @@ def model_ahead(
         q, rate = advance(q, rate, now, horizon)
         d, v, a = ahead.attitude, ahead.rate, ahead.acceleration
     then = feed_forward(q, rate, (d[0], d[1], d[2], d[3]), (v[0], v[1], v[2]), (a[0], a[1], a[2]))
+    signal.horizon = horizon
     for i in range(3):
         signal.feed_forward[i] = then[i]
     evaluate(nominal, q, (rate_scale * rate[0], rate_scale * rate[1], rate_scale * rate[2]), signal.H, signal.N)

@@ -1,0 +1,81 @@
+"""Sliding mode with a boundary layer that is as thick as the uncertainty of the moment asks for."""
+
+from math import exp
+from typing import Any, ClassVar
+
+from spherical_wrist.control.contract import Array, Command, ModelBasedLaw, Signal
+from spherical_wrist.control.switching import SATURATION, switch
+from spherical_wrist.parameters import NonNegative, Positive, PositiveVector, quantity
+
+
+class BoundaryLayerSlidingMode(ModelBasedLaw):
+    """Sliding mode with a time-varying boundary layer: τ = Û + H β φ sat(S/φ), φ̇ = −β φ + k, each per axis.
+
+    Û = H (q̈_d + λ₁ ė + λ₀ e) + N keeps S where it is on the nominal wrist, as in eq. (24). S [rad/s] is, body frame,
+
+        S = ė + 2ζλ e + λ² ∫ e dt   with integral action, λ₁ = 2ζλ, λ₀ = λ² (for ζ = 1: Slotine and Li, 1991, 7.1),
+        S = ė + λ e                 without, λ₁ = λ, λ₀ = 0 (Slotine and Sastry, 1983),
+
+    and k = D + μ |H q̈_d + N| / H_ii [rad/s²] bounds what the model can miss: a disturbance D, and a share μ of the
+    model's own torque, μ = 1/m − 1 for a plant of m < 1 times the mass.
+
+    Derivation (Slotine and Li, 1991, Applied Nonlinear Control, section 7.2): with Δ = H⁻¹ d, d the torque beyond the
+    nominal model, a torque Û + H k̄ sat(S/φ) gives Ṡ = −Δ − k̄ sat(S/φ). For |Δ| < k the choice k̄ = k − φ̇ makes
+    d|S|/dt = φ̇ − k ± |Δ| < φ̇ outside the layer, which therefore attracts however it moves. Within it Ṡ = −(k̄/φ) S −
+    Δ; the law of φ above makes k̄ = β φ, and S a first-order filter of Δ with the constant bandwidth β. So the layer
+    is balanced: φ → k/β is the precision |S| ≤ φ that is certain at the moment, thin at rest and thick in fast motion.
+    Slotine and Li take β = λ, equal filters.
+
+    Assumptions: |Δ| < k, and nominal inertia; k is taken at the measured state for that at the desired one. Stability:
+    the layer attracts, and within it the law is linear with the poles −β and those of S = 0: stable for β, λ, ζ > 0. A
+    constant Δ leaves |S| = |Δ|/β, and |e| = |S|/λ without integral action; with it, none of either. The integral moves
+    only while |S| < φ or where that lowers |S|, so that it cannot wind up.
+
+    Defaults: λ, ζ and β by the criterion of ``ComputedTorqueIntegral``, under which β = λ and ζ = 1 leave four times
+    the error; D at least seven times the acceleration by 25 %, and μ = 1, for half the mass.
+    """
+
+    state_size: ClassVar[int] = 6
+
+    slope: Positive = quantity(101.0, "1/s", "slope λ of the sliding surface")
+    damping_ratio: Positive = quantity(0.2, "", "damping ratio ζ of the surface with integral action")
+    bandwidth: Positive = quantity(245.0, "1/s", "bandwidth β of the boundary layer")
+    disturbance: PositiveVector = quantity(
+        (130.0, 130.0, 210.0), "rad/s²", "bound D on the acceleration by disturbances, per axis"
+    )
+    uncertainty: NonNegative = quantity(1.0, "", "bound μ on what the model misses, as a share of its own torque")
+    integral: bool = quantity(True, "", "integral action on the surface")
+
+    @property
+    def boundary_layer(self) -> tuple[float, float, float]:
+        """The layer where the model has no torque, φ = D/β: the thinnest there is."""
+        x, y, z = self.disturbance
+        return (x / self.bandwidth, y / self.bandwidth, z / self.bandwidth)
+
+    @staticmethod
+    def step(signal: Signal, parameters: Any, state: Array, command: Command) -> None:
+        """See the class."""
+        slope, bandwidth = parameters.slope, parameters.bandwidth
+        proportional, reset = slope, 0.0
+        if parameters.integral:
+            proportional, reset = 2.0 * parameters.damping_ratio * slope, slope * slope
+        decay = exp(-bandwidth * signal.period)
+        for i in range(3):
+            command.torque[i] = signal.N[i]
+            for j in range(3):
+                command.torque[i] += signal.H[i, j] * signal.feed_forward[j]
+            bound = parameters.disturbance[i] + parameters.uncertainty * abs(command.torque[i]) / signal.H[i, i]
+            balanced, layer = bound / bandwidth, state[3 + i]
+            state[3 + i] = balanced if layer == 0.0 else balanced + (layer - balanced) * decay
+        for j in range(3):
+            e, de, layer = signal.error[j], signal.rate_error[j], state[3 + j]
+            surface = de + proportional * e + reset * (state[j] + signal.period * e)
+            if abs(surface) < layer or surface * e < 0.0:
+                state[j] += signal.period * e
+            else:
+                surface = de + proportional * e + reset * state[j]
+            push = bandwidth * layer * switch(SATURATION, surface, layer)
+            for i in range(3):
+                command.torque[i] += signal.H[i, j] * (proportional * de + reset * e + push)
+            command.surface[j] = surface
+            command.slope[j] = slope

@@ -1,0 +1,40 @@
+"""What keeps an integral from winding up while the motors are at their limits: the law knows these limits."""
+
+from typing import ClassVar
+
+from spherical_wrist.control.contract import ModelBasedLaw
+from spherical_wrist.parameters import PositiveVector, quantity
+
+
+class LimitAwareLaw(ModelBasedLaw):
+    """A law with an integral or an estimate, which stops where the motors have no more to give."""
+
+    abstract: ClassVar[bool] = True
+
+    torque_limit: PositiveVector = quantity(
+        (0.25, 0.20, 0.33), "N·m", "what the motors give per axis: integrals and estimates stop there"
+    )
+
+
+def limited(value: float, limit: float) -> float:
+    """The value within ±limit."""
+    return min(limit, max(-limit, value))
+
+
+def integrated(integral: float, change: float, torque: float, limit: float) -> float:
+    """An integral torque after ``change``, which is left out where it would push further beyond the motors' limit.
+
+    Conditional integration (Åström and Hägglund, 1995, PID Controllers: Theory, Design, and Tuning).
+
+    Args:
+        integral: the integral torque so far [N·m].
+        change: what is to be added [N·m].
+        torque: what the rest of the law asks for [N·m].
+        limit: what the motor gives [N·m].
+
+    Returns:
+        The integral torque, within ±limit.
+    """
+    raised = limited(integral + change, limit)
+    whole = torque + raised
+    return integral if abs(whole) > limit and whole * change > 0.0 else raised
