@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Measures what the README claims about speed, size and memory, and says where a target is missed.
 
-usage: scripts/benchmark.py [loop] [recording] [start] [memory] [--json]
+usage: scripts/benchmark.py [loop] [recording] [start] [memory] [campaign] [--json]
 
 Without names, everything. Times are medians over interleaved repetitions within one process, so that their ratios hold
 on a machine whose speed drifts; whole commands are medians over processes. Exits with 1 where a target is missed.
@@ -16,36 +16,16 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+
+from campaign_benchmark import bench_campaign
+from stopwatch import interleaved, ratio, timed
 
 STEPS = 10_000
 PLAIN_STEPS = 500
 WRIST = str(Path(sys.executable).with_name("wrist"))
-
-
-def interleaved(tasks: dict[str, Callable[[], float]], repetitions: int) -> dict[str, list[float]]:
-    """Runs the tasks in turn, each of which returns its own time; the first round only warms up."""
-    times: dict[str, list[float]] = {name: [] for name in tasks}
-    for repetition in range(repetitions + 1):
-        for name, task in tasks.items():
-            elapsed = task()
-            if repetition:
-                times[name].append(elapsed)
-    return times
-
-
-def ratio(times: dict[str, list[float]], a: str, b: str) -> float:
-    """Median of the ratios a/b, repetition by repetition."""
-    return statistics.median(x / y for x, y in zip(times[a], times[b], strict=True))
-
-
-def timed(function: Callable[[], object]) -> float:
-    """Wall time of one call [s]."""
-    began = time.perf_counter()
-    function()
-    return time.perf_counter() - began
 
 
 def bench_loop() -> Iterator[tuple[str, float, str, float | None]]:
@@ -193,7 +173,13 @@ def bench_memory() -> Iterator[tuple[str, float, str, float | None]]:
     yield "peak memory, 1000 s / 10 s", ratio(peaks, "long", "short"), "", 1.1
 
 
-SECTIONS = {"loop": bench_loop, "recording": bench_recording, "start": bench_start, "memory": bench_memory}
+SECTIONS = {
+    "loop": bench_loop,
+    "recording": bench_recording,
+    "start": bench_start,
+    "memory": bench_memory,
+    "campaign": bench_campaign,
+}
 
 
 def main() -> int:

@@ -12,6 +12,7 @@ import spherical_wrist
 ROOT = Path(spherical_wrist.__file__).parent
 LEVELS = (
     {"errors"},
+    {"files"},
     {"parameters", "so3", "wrist"},
     {"dynamics", "kinematics", "fuzzy", "reference", "disturbance", "sensing", "actuation"}
     | {"angle_chart", "angle_dynamics", "denavit_hartenberg", "inverse_kinematics"},
@@ -19,17 +20,25 @@ LEVELS = (
     {"simulation"},
     {"metrics", "recording"},
     {"experiment", "inspection", "lyapunov"},
-    {"paper"},
+    {"campaign"},
+    {"paper", "comparison", "assertions", "tuning", "report"},
     {"cli"},
 )
 LEVEL = {room: level for level, rooms in enumerate(LEVELS) for room in rooms}
+COMMANDS = ("study", "campaign", "tuning", "report")
 KEPT = {
     "numba": {"simulation/compiler.py"},
     "llvmlite": {"simulation/compiler.py"},
     "ctypes": {"simulation/physics.py"},
+    "pyarrow": {"reference/recorded_file.py", "campaign/store.py"},
+    "duckdb": {"campaign/store.py", "report/table.py"},
+    "dask": {"campaign/cluster.py"},
+    "distributed": {"campaign/cluster.py"},
     "rerun": {str(path.relative_to(ROOT)) for path in (ROOT / "recording").glob("*.py")},
-    "typer": {"cli/__init__.py", "cli/app.py"},
-    "matplotlib": {"fuzzy/picture.py", "paper/figures.py"},
+    "typer": {"cli/__init__.py", "cli/app.py"} | {f"cli/{each}_commands.py" for each in COMMANDS},
+    "optuna": {"tuning/study.py"},
+    "matplotlib": {"fuzzy/picture.py", "paper/figures.py", "comparison/picture.py", "comparison/frontier_picture.py"}
+    | {"tuning/picture.py", "report/pictures.py"},
 }
 FILES = sorted(path for path in ROOT.rglob("*.py") if path != ROOT / "__init__.py")
 

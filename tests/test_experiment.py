@@ -142,6 +142,8 @@ def test_missing_toml_is_refused(tmp_path):
 
 def test_changes_keep_what_they_do_not_name():
     assert with_changes({"law": {"name": "pd", "P": 1}}, {"law.D": 2}) == {"law": {"name": "pd", "P": 1, "D": 2}}
+    for late in ({"law.D": 2, "law": "pd"}, {"law.D": 2, "law.name": "pd"}):
+        assert with_changes({"law": {"name": "sliding_mode", "K": 1}}, late) == {"law": {"name": "pd", "D": 2}}
     assert with_changes({"disturbance": 0.3}, {"disturbance.name": "pulse"}) == {
         "disturbance": {"level": 0.3, "name": "pulse"}
     }
@@ -284,3 +286,11 @@ def test_a_complaint_of_several_parameters_together_is_in_its_own_words():
     with pytest.raises(ParameterError) as caught:
         Experiment(actuation={"name": "spherical_motor", "coils": 25})
     assert one_line(caught.value) == "actuation spherical_motor: 25 coils do not spread evenly over 2 layers"
+
+
+def test_a_parameter_with_a_name_that_records_keep_is_refused(tmp_path):
+    """Interpreted, ``parameters.mean`` would silently be NumPy's method."""
+    (tmp_path / "law.py").write_text(LAW.replace("stiffness", "mean").replace("from helper import spring\n", ""))
+    with pytest.raises(LawError) as caught:
+        simulate(Experiment(law=f"{tmp_path / 'law.py'}:Spring", duration=0.1))
+    assert "cannot be called 'mean'" in one_line(caught.value)

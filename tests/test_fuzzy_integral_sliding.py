@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from spherical_wrist import Experiment, simulate
-from spherical_wrist.control import FuzzyIntegralSliding, ModelBasedLaw
+from spherical_wrist.comparison.cases import DEFAULT, IDEAL, group_of
+from spherical_wrist.control import FuzzyIntegralSliding, Law, ModelBasedLaw
 from spherical_wrist.control.contract import COMMAND, SIGNAL
 from spherical_wrist.control.mismatch_observer import MEMORY, foresee, observe, remember, samples_since, start
 from spherical_wrist.experiment.presets import HARDWARE
@@ -176,6 +177,21 @@ def test_six_ideal_cases_with_one_set_of_gains(shape, mass):
     assert ours.rms_error_rad <= 1e-5
     assert ours.max_error_rad <= 4e-5
     assert ours.chattering_Nm_per_s <= 1.1 * plain.chattering_Nm_per_s
+
+
+FAULTY = [case for case in DEFAULT if group_of(case.experiment({}, {})) != IDEAL]
+RIVALS = [
+    name for name, law in Law.members.items() if issubclass(law, ModelBasedLaw) and name != "fuzzy_integral_sliding"
+]
+
+
+@pytest.mark.parametrize("case", FAULTY, ids=lambda case: case.name)
+def test_with_hardware_that_is_not_ideal_no_rival_is_better_by_more_than_a_fifth(case):
+    def error(law):
+        run = simulate(case.experiment({}, {"law": law, "duration": 4.0}), keep_series=False)
+        return run.metrics.rms_error_rad if run.outcome.status is Status.COMPLETED else np.inf
+
+    assert error("fuzzy_integral_sliding") < 1.2 * min(map(error, RIVALS))
 
 
 def test_a_sinusoidal_torque_leaves_what_the_derivation_says():

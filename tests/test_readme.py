@@ -17,11 +17,15 @@ def blocks(language):
 
 def test_python_examples_run(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    first, law = blocks("python")
+    first, law, tests = blocks("python")
     exec(compile(first, "README.md", "exec"), {"__name__": "readme"})
     (tmp_path / "my_law.py").write_text(law)
     run = simulate(Experiment(law="my_law.py:Spring", duration=0.5))
     assert run.outcome.status is Status.COMPLETED
+    scope = {"__name__": "readme"}
+    exec(compile(tests, "README.md", "exec"), scope)
+    for name in [name for name in scope if name.startswith("test_")]:
+        scope[name]()
 
 
 def test_the_experiment_file_is_valid(tmp_path):
@@ -51,6 +55,14 @@ def test_the_printed_table_is_that_of_the_default_run():
         ("adaptive_fuzzy_sliding_computed_torque", "3.3·10⁻⁴", "0.024"),
         ("fuzzy_sliding_computed_torque", "4.7·10⁻⁴", "0.027"),
         ({"switching": "sign"}, "1.9·10⁻⁴", "0.014"),
+        ("time_delay_control", "9.2·10⁻⁶", "0.0010"),
+        ("boundary_layer_sliding_mode", "9.4·10⁻⁶", "0.0010"),
+        ("computed_torque_integral", "8.6·10⁻⁶", "0.00096"),
+        ("slotine_li", "8.5·10⁻⁶", "0.00095"),
+        ("super_twisting", "8.4·10⁻⁶", "0.00094"),
+        ("geometric_tracking", "8.3·10⁻⁶", "0.00093"),
+        ("computed_torque_observer", "1.2·10⁻⁶", "0.00014"),
+        ("fuzzy_integral_sliding", "6.6·10⁻⁷", "0.000073"),
     ],
 )
 def test_the_table_of_laws_is_true(law, rms, tip):

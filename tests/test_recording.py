@@ -14,13 +14,19 @@ import pytest
 import rerun as rr
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
 
+from spherical_wrist.actuation import Ideal as IdealActuation
+from spherical_wrist.actuation import SphericalMotor
 from spherical_wrist.errors import RecordingError
 from spherical_wrist.plant import Perturbation, perturbed
 from spherical_wrist.recording import files, read_recording, summary, write_recording
 from spherical_wrist.recording.geometry import visible_geoms
+from spherical_wrist.recording.hardware import hardware_curves
+from spherical_wrist.recording.layout import HARDWARE
 from spherical_wrist.recording.plots import limits, plotted
-from spherical_wrist.simulation.series import COLUMNS, WIDTHS, Series
+from spherical_wrist.sensing import Ideal
+from spherical_wrist.simulation.series import COLUMNS, EXTRAS, WIDTHS, Series
 from spherical_wrist.wrist import Wrist
 
 WRIST = Wrist.load()
@@ -51,12 +57,30 @@ def series_of(rows: int, seed: int = 0, surface: bool = True) -> Series:
     return Series(**arrays)
 
 
+SENSED, DRIVEN, COILS = ("measured_attitude", "measured_rate"), ("commanded_torque",), ("current", "condition")
+HARDWARES = [(), SENSED, DRIVEN, DRIVEN + COILS, SENSED + DRIVEN + COILS, ("law_state", *SENSED), EXTRAS]
+
+
+def with_extras(rows: int, names: tuple[str, ...], seed: int = 1) -> Series:
+    """A series with these of its extras."""
+    generator = np.random.default_rng(seed)
+    widths = {"law_state": 5, "measured_attitude": 4, "measured_rate": 3, "commanded_torque": 3, "current": 24}
+    extras = {name: generator.normal(size=(rows, widths.get(name, 1))) for name in names}
+    if "measured_attitude" in extras:
+        extras["measured_attitude"] /= np.linalg.norm(extras["measured_attitude"], axis=1, keepdims=True)
+    return Series(**series_of(rows).arrays() | extras)
+
+
+def entities_of(path: Path) -> set[str]:
+    return {chunk.entity_path for chunk in rr.chunk.RrdReader(path).stream()}
+
+
 def names_in(folder: Path) -> list[str]:
     return sorted(path.name for path in folder.iterdir())
 
 
 def bits(series: Series) -> dict[str, bytes]:
-    return {name: getattr(series, name).tobytes() for name in COLUMNS}
+    return {name: array.tobytes() for name, array in series.arrays().items()}
 
 
 @pytest.fixture
@@ -92,6 +116,32 @@ def test_any_float_comes_back_bit_for_bit(tmp_path, data):
     for name in ("attitude", "error", "surface", "tip"):
         array = getattr(series, name)
         array.flat[:] = data.draw(st.lists(st.floats(), min_size=array.size, max_size=array.size), label=name)
+    write_recording(tmp_path / "run.rrd", series, WRIST, {})
+    assert bits(read_recording(tmp_path / "run.rrd").series) == bits(series)
+
+
+@pytest.mark.parametrize("names", HARDWARES, ids="+".join)
+@pytest.mark.parametrize("rows", [1, 2, 345])
+def test_what_hardware_does_comes_back_bit_for_bit(tmp_path, rows, names):
+    series = with_extras(rows, names)
+    write_recording(tmp_path / "run.rrd", series, WRIST, PROPERTIES)
+    back = read_recording(tmp_path / "run.rrd").series
+    assert bits(back) == bits(series)
+    shapes = {name: array.shape for name, array in series.arrays().items()}
+    assert {name: array.shape for name, array in back.arrays().items()} == shapes
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf, 1e300, 5e-324])
+def test_any_value_of_what_hardware_does_comes_back(tmp_path, value):
+    """A map without rank has an infinite condition number, and the last rows of a divergence hold anything."""
+    series = with_extras(20, EXTRAS)
+    for name in EXTRAS:
+        getattr(series, name)[7:] = value
+    series.attitude[9:], series.torque[9:], series.rate[9:] = value, value, value
+    write_recording(tmp_path / "run.rrd", series, WRIST, {})
+    assert bits(read_recording(tmp_path / "run.rrd").series) == bits(series)
+    for name in EXTRAS:
+        getattr(series, name)[:] = value
     write_recording(tmp_path / "run.rrd", series, WRIST, {})
     assert bits(read_recording(tmp_path / "run.rrd").series) == bits(series)
 
@@ -209,7 +259,7 @@ SHAPES = """
 def test_a_wrist_of_ones_own_is_drawn(tmp_path):
     wrist = Wrist.of(mujoco.MjSpec.from_string(SHAPES))
     write_recording(tmp_path / "run.rrd", series_of(20), wrist, {})
-    entities = {chunk.entity_path for chunk in rr.chunk.RrdReader(tmp_path / "run.rrd").stream()}
+    entities = entities_of(tmp_path / "run.rrd")
     assert "/world/wrist/a\\ \\/\\ b" in entities
     assert {"/world/desired/sphere", "/world/desired/capsule", "/world/desired/box"} <= entities
     assert sum(entity.startswith("/world/wrist/") for entity in entities) == 4
@@ -243,6 +293,90 @@ def test_text_says_what_matters():
     assert "RMS error | **0.3333** rad" in text
     assert summary.title(PROPERTIES) == "pd · lissajous"
     assert summary.title({}) == "wrist"
+
+
+@pytest.mark.parametrize(
+    ("names", "plots"),
+    [
+        ((), set()),
+        (SENSED, {"sensed_attitude", "sensed_rate"}),
+        (DRIVEN, {"made_torque"}),
+        (DRIVEN + COILS, {"made_torque", "current", "condition"}),
+        (EXTRAS, set(HARDWARE)),
+    ],
+    ids=["ideal", "sensors", "motors", "coils", "all"],
+)
+@pytest.mark.parametrize("surface", [True, False])
+def test_hardware_has_plots_where_it_is_not_ideal_and_only_there(tmp_path, names, plots, surface):
+    series = with_extras(30, names)
+    if not surface:
+        series.surface[:] = series.slope[:] = np.nan
+    write_recording(tmp_path / "run.rrd", series, WRIST, PROPERTIES)
+    found = {entity.removeprefix("/plots/") for entity in entities_of(tmp_path / "run.rrd") if "/plots/" in entity}
+    assert found & set(HARDWARE) == plots
+    assert ("surface" in found) == surface
+
+
+def test_curves_of_hardware():
+    """log(q⁻¹ q_m) by SciPy, whatever the signs of the quaternions; what is made less what is asked."""
+    series = with_extras(500, EXTRAS)
+    curves = hardware_curves(series.arrays())
+    true, seen = (Rotation.from_quat(q, scalar_first=True) for q in (series.attitude, series.measured_attitude))
+    np.testing.assert_allclose(curves["sensed_attitude"], (true.inv() * seen).as_rotvec(), atol=1e-12)
+    series.measured_attitude[::3] *= -1.0
+    np.testing.assert_allclose(
+        hardware_curves(series.arrays())["sensed_attitude"], curves["sensed_attitude"], atol=1e-12
+    )
+    series.measured_attitude[:] = series.attitude
+    np.testing.assert_allclose(hardware_curves(series.arrays())["sensed_attitude"], 0.0, atol=1e-15)
+    np.testing.assert_array_equal(curves["sensed_rate"], series.measured_rate - series.rate)
+    np.testing.assert_array_equal(curves["made_torque"], series.torque - series.commanded_torque)
+    np.testing.assert_array_equal(curves["current"], series.current)
+    assert hardware_curves(series_of(5).arrays()) == {}
+
+
+def test_plots_of_hardware_cost_ideal_runs_nothing(tmp_path):
+    """10 s at 1 kHz stay below 5 MB, and with all of it recorded below 10 MB; noise, nothing for a compressor."""
+    sizes = {}
+    for names in ((), EXTRAS):
+        write_recording(tmp_path / "run.rrd", with_extras(10_000, names), WRIST, PROPERTIES)
+        sizes[names] = (tmp_path / "run.rrd").stat().st_size
+    assert sizes[()] < 5e6
+    assert sizes[EXTRAS] < 10e6
+
+
+def test_text_says_what_faults_the_hardware_has():
+    """With units; what is zero, or says nothing without another fault, is left out, as are ideal sensors and motors."""
+    ideal = {"sensing": Ideal().model_dump(mode="json"), "actuation": IdealActuation().model_dump(mode="json")}
+    text = summary.experiment_text({"experiment": ideal | {"friction": 1e-3}})
+    assert "friction | 0.001 N·m" in text
+    assert "sensing" not in text
+    assert "actuation" not in text
+    late = {"sensing": Ideal(delay=0.002, rate_bias=0.1).model_dump(mode="json")}
+    text = summary.experiment_text({"experiment": ideal | late})
+    assert "| sensing | **ideal** but for rate bias 0.1 rad/s |\n|  | delay 0.002 s |\n|  | timestamped yes |\n" in text
+    assert "noise" not in text
+    motor = {"actuation": SphericalMotor(failed=[3, 5], cogging=1e-3).model_dump(mode="json")}
+    text = summary.experiment_text({"experiment": ideal | motor})
+    faults = ("failed | 3, 5", "failure known | no", "detents | 8", "resistance | 2.5 Ω", "cogging | 0.001 N·m")
+    for line in ("actuation | **spherical_motor**", *(f"actuation: {fault}" for fault in faults)):
+        assert f"| {line} |" in text
+    assert "lag" not in text
+    plain = {"actuation": SphericalMotor().model_dump(mode="json")}
+    text = summary.experiment_text({"experiment": ideal | plain})
+    assert "failure known" not in text
+    assert "detents" not in text
+    strange = {"sensing": {"name": "from a later version", "delay": 1.0, "glare": 3.0}}
+    assert "sensing: glare | 3" in summary.experiment_text({"experiment": strange})
+
+
+def test_text_has_figures_of_coils_where_there_are_coils():
+    figures = {"rms_error_rad": 1e-3, "copper_loss_W": None, "peak_current_A": None, "max_condition_number": None}
+    assert "copper" not in summary.metrics_text({"metrics": figures}, 10, 1)
+    figures |= {"copper_loss_W": 3.75, "peak_current_A": 1.25}
+    text = summary.metrics_text({"metrics": figures}, 10, 1)
+    for line in ("copper loss | **3.75** W", "peak current | **1.25** A", "max condition number | –"):
+        assert f"| {line} |" in text
 
 
 # --- whole or not at all ---------------------------------------------------------------------------------------------

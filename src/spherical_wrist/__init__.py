@@ -7,18 +7,20 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from spherical_wrist.assertions import assert_tracks
     from spherical_wrist.errors import WristError
     from spherical_wrist.experiment.description import Experiment
     from spherical_wrist.experiment.recordings import load_recording, record
     from spherical_wrist.experiment.run import Run
     from spherical_wrist.experiment.simulate import simulate
 
-__all__ = ["Experiment", "Run", "WristError", "load_recording", "record", "simulate"]
+__all__ = ["Experiment", "Run", "WristError", "assert_tracks", "load_recording", "record", "simulate"]
 
 _HOMES = {
     "Experiment": "experiment.description",
     "Run": "experiment.run",
     "WristError": "errors",
+    "assert_tracks": "assertions",
     "load_recording": "experiment.recordings",
     "record": "experiment.recordings",
     "simulate": "experiment.simulate",

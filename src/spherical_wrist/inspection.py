@@ -13,7 +13,7 @@ from spherical_wrist.metrics import Metrics, measure
 TOLERANCE = 1e-9
 """Relative difference allowed to the order in which sums were taken."""
 
-EXTREMES = ("max_error_rad", "max_tip_error_mm", "peak_torque_Nm", "max_tilt_rad")
+EXTREMES = ("max_error_rad", "max_tip_error_mm", "peak_torque_Nm", "max_tilt_rad", "peak_current_A")
 """Metrics that a thinned series can only underestimate."""
 
 

@@ -5,13 +5,16 @@ largest values are of the Euclidean norm of a vector.
 """
 
 from dataclasses import dataclass
-from math import isfinite
-from typing import NamedTuple
+from math import isfinite, isnan
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from spherical_wrist.kinematics import tilt
+from spherical_wrist.simulation.engine import Engine
+from spherical_wrist.simulation.gauge import TOTALS, WINDOW
+from spherical_wrist.simulation.logged import Logged
 from spherical_wrist.simulation.series import Series
 
 Array = npt.NDArray[np.float64]
@@ -35,7 +38,8 @@ class Metrics:
         max_tilt_rad: largest angle between the tool and its direction at the identity.
         copper_loss_W: mean power lost in the coils of a spherical motor; None for other motors, like what follows.
         peak_current_A: largest current of a coil.
-        max_condition_number: largest condition number of the torque map that currents were found with.
+        max_condition_number: largest condition number of the torque map that currents were found with; None too where
+            it was infinite.
     """
 
     rms_error_rad: float | None
@@ -70,84 +74,127 @@ class Measurement(NamedTuple):
     boundary_layer: tuple[float, float, float] | None
     resistance: float | None = None
 
+    @property
+    def window_start(self) -> float:
+        """Time from which samples belong to the window [s]: half a period of grace, however times were rounded."""
+        return self.steady_from - 0.5 * self.period
+
 
 class Meter:
     """Gathers the metrics of a run from consecutive pieces of its series."""
 
     def __init__(self, measurement: Measurement) -> None:
         self._measurement = measurement
-        self._count = 0
-        self._squares = np.zeros(3)
-        self._largest = np.zeros(4)
-        self._coils = np.zeros(3)  # sum of squared currents, largest current, largest condition number
-        self._saturated = 0.0
-        self._variation = 0.0
-        self._last_command: Array | None = None
-        self._reached: float | None = None
+        self._totals = _nothing()
 
     def add(self, series: Series) -> None:
         """Takes the next piece."""
-        how = self._measurement
+        how, totals = self._measurement, self._totals[0]
         self._look_for_reaching(series)
-        # half a period of grace: the sample at steady_from belongs to the window however its time was rounded
-        first = int(np.searchsorted(series.time, how.steady_from - 0.5 * how.period))
+        first = int(np.searchsorted(series.time, how.window_start))
         steady = series.rows(slice(first, None))
         if not len(steady):
             return
         error = _norm(steady.error)
         tip = 1000.0 * _norm(steady.tip - steady.desired_tip)
         torque = _norm(steady.torque)
-        self._count += len(steady)
-        self._squares += [error @ error, tip @ tip, torque @ torque]
         tilts = tilt(steady.attitude, np.array(how.lever))
-        self._largest = np.maximum(self._largest, [error.max(), tip.max(), torque.max(), tilts.max()])
-        self._saturated += float(steady.saturated.sum())
-        before = steady.command[:1] if self._last_command is None else self._last_command
-        self._variation += float(np.abs(np.diff(steady.command, axis=0, prepend=before)).sum())
-        self._last_command = steady.command[-1:]
+        totals["squares"] += [error @ error, tip @ tip, torque @ torque]
+        totals["largest"] = np.maximum(totals["largest"], [error.max(), tip.max(), torque.max(), tilts.max()])
+        totals["saturated"] += steady.saturated.sum()
+        before = totals["command"][None] if totals["count"] else steady.command[:1]
+        totals["variation"] += np.abs(np.diff(steady.command, axis=0, prepend=before)).sum()
+        totals["command"] = steady.command[-1]
+        totals["count"] += len(steady)
         if how.resistance is not None:
-            self._coils[0] += np.square(steady.current).sum()
-            self._coils[1:] = np.maximum(self._coils[1:], [np.abs(steady.current).max(), steady.condition.max()])
+            totals["coils"][0] += np.square(steady.current).sum()
+            extremes = [np.abs(steady.current).max(), steady.condition.max()]
+            totals["coils"][1:] = np.maximum(totals["coils"][1:], extremes)
 
     def _look_for_reaching(self, series: Series) -> None:
-        layer = self._measurement.boundary_layer
-        if layer is None or self._reached is not None:
+        layer, totals = self._measurement.boundary_layer, self._totals[0]
+        if layer is None or not np.isnan(totals["reached"]):
             return
         inside = np.flatnonzero((np.abs(series.surface) <= np.array(layer)).all(axis=1))
         if len(inside):
-            self._reached = float(series.time[inside[0]])
+            totals["reached"] = series.time[inside[0]]
 
     def result(self) -> Metrics:
         """The figures so far."""
-        if not self._count:
-            return Metrics(None, None, None, None, None, None, None, None, self._reached, None)
-        rms = np.sqrt(self._squares / self._count).tolist()
-        largest = self._largest.tolist()
-        spans = self._count - 1
-        return Metrics(
-            rms_error_rad=rms[0],
-            max_error_rad=largest[0],
-            rms_tip_error_mm=rms[1],
-            max_tip_error_mm=largest[1],
-            chattering_Nm_per_s=self._variation / (3.0 * spans * self._measurement.period) if spans else None,
-            peak_torque_Nm=largest[2],
-            rms_torque_Nm=rms[2],
-            saturated_fraction=self._saturated / self._count,
-            reaching_time_s=self._reached,
-            max_tilt_rad=largest[3],
-            **self._coil_figures(),
+        return _figures(self._totals[0], self._measurement)
+
+
+class LogMeter:
+    """The same, from what the loop logs, without series in between.
+
+    Args:
+        measurement: what the figures depend on besides.
+        engine: whose ``gauge`` it runs.
+    """
+
+    def __init__(self, measurement: Measurement, engine: Engine) -> None:
+        self._measurement, self._engine = measurement, engine
+        self._totals, self._window = _nothing(), np.zeros(1, WINDOW)
+        self._window["start"], self._window["lever"] = measurement.window_start, measurement.lever
+        if measurement.boundary_layer is not None:
+            self._window["layer"], self._window["layered"] = measurement.boundary_layer, 1.0
+        self._window["coiled"] = measurement.resistance is not None
+
+    def add(self, logged: Logged) -> None:
+        """Takes the next piece."""
+        engine = self._engine
+        engine.gauge(
+            engine.record(self._window),
+            engine.record(self._totals),
+            logged.time,
+            engine.records(logged.desired),
+            engine.records(logged.log),
+            logged.currents,
         )
 
-    def _coil_figures(self) -> dict[str, float | None]:
-        resistance = self._measurement.resistance
-        if resistance is None:
-            return {}
-        squares, current, condition = self._coils.tolist()
-        return {
-            "copper_loss_W": resistance * squares / self._count,
-            "peak_current_A": current,
-            "max_condition_number": condition if isfinite(condition) else None,
-        }
+    def result(self) -> Metrics:
+        """The figures so far."""
+        return _figures(self._totals[0], self._measurement)
+
+
+def _nothing() -> npt.NDArray[np.void]:
+    totals = np.zeros(1, TOTALS)
+    totals["reached"] = np.nan
+    return totals
+
+
+def _figures(totals: Any, how: Measurement) -> Metrics:
+    count, reached = float(totals["count"]), float(totals["reached"])
+    reaching_time = None if isnan(reached) else reached
+    if not count:
+        return Metrics(None, None, None, None, None, None, None, None, reaching_time, None)
+    rms = np.sqrt(totals["squares"] / count).tolist()
+    largest = totals["largest"].tolist()
+    spans = count - 1.0
+    return Metrics(
+        rms_error_rad=rms[0],
+        max_error_rad=largest[0],
+        rms_tip_error_mm=rms[1],
+        max_tip_error_mm=largest[1],
+        chattering_Nm_per_s=float(totals["variation"]) / (3.0 * spans * how.period) if spans else None,
+        peak_torque_Nm=largest[2],
+        rms_torque_Nm=rms[2],
+        saturated_fraction=float(totals["saturated"]) / count,
+        reaching_time_s=reaching_time,
+        max_tilt_rad=largest[3],
+        **_coil_figures(totals, how),
+    )
+
+
+def _coil_figures(totals: Any, how: Measurement) -> dict[str, float | None]:
+    if how.resistance is None:
+        return {}
+    squares, current, condition = totals["coils"].tolist()
+    return {
+        "copper_loss_W": how.resistance * squares / float(totals["count"]),
+        "peak_current_A": current,
+        "max_condition_number": condition if isfinite(condition) else None,
+    }
 
 
 def measure(series: Series, measurement: Measurement) -> Metrics:

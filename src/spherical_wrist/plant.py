@@ -13,6 +13,16 @@ DRAWN_DENSITY = 2000.0
 """Density [kg/m³] of the sphere that a payload is drawn as; its dynamics are those of a point."""
 
 
+STOPPING_TIME, IMPEDANCE = 0.002, 0.9999
+"""Of MuJoCo's friction constraint [s, –]: the quickest that is stable at steps of 1 ms, and the hardest that it takes.
+
+Below the limit of the friction, the constraint of impedance d and b = 2 / (d · time) leaves ω̇ = (1 − d) a − d b ω of
+the acceleration a that the joint would have without. So under a load τ it creeps at (1 − d) / (d b) τ/I = 10⁻⁷ s · τ/I
+instead of sticking, I the harmonic mean of the joint's three inertias; at MuJoCo's defaults (0.02 s, 0.9) that would
+be 10⁻³ s · τ/I. MuJoCo takes two physics steps for the time where they are longer.
+"""
+
+
 class Perturbation(NamedTuple):
     """What differs between the plant and the nominal model.
 
@@ -20,7 +30,8 @@ class Perturbation(NamedTuple):
         mass_scale: multiplies mass and inertia of every moving body.
         com_shift: moves the centre of mass of every moving body [m], in its own frame.
         payload: point mass at the tool tip [kg].
-        friction: dry friction torque per axis of the joint [N·m].
+        friction: dry friction torque per axis of the joint [N·m]: Coulomb's law, but for a creep of 10⁻⁷ s times
+            the load over the inertia.
         damping: viscous damping added to that of the joint [N·m·s/rad].
     """
 
@@ -34,6 +45,12 @@ class Perturbation(NamedTuple):
 def perturbed(nominal: Wrist, change: Perturbation) -> Wrist:
     """A plant: ``nominal`` with ``change`` applied and compiled anew. The nominal wrist is left as it is."""
     spec = nominal.spec.copy()
+    perturb(spec, nominal, change)
+    return Wrist.of(spec, "plant")
+
+
+def perturb(spec: mujoco.MjSpec, nominal: Wrist, change: Perturbation) -> None:
+    """Applies ``change`` to a copy of the description of ``nominal``."""
     for body in spec.bodies:
         if body.id in nominal.moving:
             _perturb_inertia(body, nominal.model, change)
@@ -46,7 +63,9 @@ def perturbed(nominal: Wrist, change: Perturbation) -> Wrist:
     joint = spec.joints[0]
     joint.damping = _plus(joint.damping, change.damping)
     joint.frictionloss = _plus(joint.frictionloss, change.friction)
-    return Wrist.of(spec, "plant")
+    if change.friction > 0.0:
+        joint.solref_friction = [STOPPING_TIME, 1.0]
+        joint.solimp_friction = [IMPEDANCE, IMPEDANCE, 0.001, 0.5, 2.0]
 
 
 def _perturb_inertia(body: mujoco.MjsBody, model: mujoco.MjModel, change: Perturbation) -> None:
@@ -61,9 +80,7 @@ def _perturb_inertia(body: mujoco.MjsBody, model: mujoco.MjModel, change: Pertur
 
 def _add_payload(body: mujoco.MjsBody, wrist: Wrist, mass: float) -> None:
     """Adds a point mass at the tip to the jointed body, by the parallel-axis theorem."""
-    data = mujoco.MjData(wrist.model)
-    mujoco.mj_forward(wrist.model, data)
-    tip = wrist.anchor + wrist.lever - data.xpos[wrist.body]
+    tip = wrist.model.jnt_pos[0] + wrist.lever  # in the body's frame, which at the start is that of the world
     axes = Rotation.from_quat(body.iquat, scalar_first=True).as_matrix()
     centre = (body.mass * body.ipos + mass * tip) / (body.mass + mass)
     inertia = axes @ np.diag(body.inertia) @ axes.T

@@ -1,12 +1,14 @@
 """The torque of a spherical motor: linear in its coil currents, by a map that turns with the rotor.
 
 With p magnetic poles around the rotor, the flux through a coil in the direction s (fixed in the world) is the harmonic
-Φ(u) = (k/m) Re (u_x + i u_y)^m of u = R(q)ᵀ s, m = p/2: for eight poles the sin⁴θ cos 4φ that dominates in Yan et al.
-(2011). A current i in it has the energy i Φ(u). Under a small turn δθ of the rotor in its own frame u changes by
-u × δθ, so that the coil's torque, in the body frame, is i ∇Φ(u) × u: never about the coil's own axis. The columns
-∇Φ(u_j) × u_j are the 3 × N torque map K(q), τ = K i; k [N·m/A] is the largest torque per ampere, on the equator.
+Φ(u) = (k/m) Re (u_x + i u_y)^m of u = R(q)ᵀ s, m = p/2: for eight poles sin⁴θ cos 4φ, the lowest spherical harmonic
+with that many poles, which outside the rotor decays the least. A current i in it has the energy i Φ(u). Under a small
+turn δθ of the rotor in its own frame u changes by u × δθ, so that the coil's torque, in the body frame, is
+i ∇Φ(u) × u: never about the coil's own axis. The columns ∇Φ(u_j) × u_j are the 3 × N torque map K(q), τ = K i;
+k [N·m/A] is the largest torque per ampere, on the equator.
 
-The currents of least norm that make τ are i = Kᵀ (K Kᵀ)⁻¹ τ. Where one exceeds the limit, all are scaled down alike,
+The currents of least norm that make τ are i = Kᵀ (K Kᵀ)⁻¹ τ, and so those of least copper loss (Yan et al., 2011,
+doi:10.1007/978-94-007-1646-9_3). Where one exceeds the limit, all are scaled down alike,
 which keeps the direction of the torque.
 """
 
@@ -60,7 +62,8 @@ def gram(K: Array) -> tuple[float, float, float, float, float, float]:
 def condition(g: Any) -> float:
     """Condition number of K from the entries of K Kᵀ: the square root of the ratio of its extreme eigenvalues.
 
-    The eigenvalues of a symmetric 3 × 3 matrix in closed form (Smith, 1961); infinite where K has not rank three.
+    The eigenvalues of a symmetric 3 × 3 matrix in closed form (Smith, Comm. ACM 4:168, 1961), good to 1e-8 of the
+    largest; infinite where K has not rank three.
     """
     a, b, c, d, e, f = g
     mean = (a + b + c) / 3.0

@@ -5,24 +5,32 @@ The torque that a law asks for is cut by the limits of the model's motors, and t
 ==================  ===================================================================================================
 part                what it does
 ==================  ===================================================================================================
-torque_quantum Δ    every motor's torque is rounded to a multiple of Δ
+torque_quantum Δ    every motor's torque is rounded to a multiple of Δ, before the limits
 lag T               motor torques, or coil currents, follow theirs as T ẋ = x_wanted − x, exactly, also between samples
 cogging A, n        a torque −∂U/∂θ on the joint, U = −(A/n) Σ cos(n θ_i), θ = log(q): n detents a turn about each axis
 coils               see :mod:`spherical_wrist.actuation.coils`
 ==================  ===================================================================================================
 
 A law with prediction takes its model ``lag`` further ahead: a lag is known from a motor's data sheet. Dry friction is
-``friction`` of the experiment, a property of the plant's joint.
+``friction`` of the experiment, a property of the plant's joint. Equations, sources and realistic values of all parts
+are in ``models/README.md``.
 """
 
 from collections.abc import Sequence
-from typing import Annotated, ClassVar, Self
+from typing import Annotated, Any, ClassVar, Self
 
-from pydantic import Field, model_validator
+from pydantic import BeforeValidator, Field, model_validator
 
 from spherical_wrist.parameters import Member, NonNegative, Positive, quantity
 
+
+def _several(given: Any) -> Any:
+    """One number stands for a list of it."""
+    return (given,) if isinstance(given, int) and not isinstance(given, bool) else given
+
+
 Tilt = Annotated[float, Field(ge=0, lt=1.5)]
+Numbers = Annotated[tuple[Annotated[int, Field(ge=0)], ...], BeforeValidator(_several)]
 
 
 class Actuation(Member):
@@ -34,7 +42,7 @@ class Actuation(Member):
     torque_quantum: NonNegative = quantity(0.0, "N·m", "resolution of a motor's torque")
     lag: NonNegative = quantity(0.0, "s", "time constant of a motor's torque, or of a coil's current")
     cogging: NonNegative = quantity(0.0, "N·m", "amplitude of the cogging torque, per axis")
-    detents: Annotated[int, Field(ge=1)] = quantity(8, "", "cogging periods in a turn about an axis")
+    detents: Annotated[int, Field(ge=1, le=10_000)] = quantity(8, "", "cogging periods in a turn about an axis")
 
     @property
     def perfect(self) -> bool:
@@ -49,9 +57,11 @@ class Ideal(Actuation):
 class SphericalMotor(Actuation):
     """A spherical motor: coils on a sphere around a rotor of magnetic poles, their currents allocated in least norm.
 
-    Eight poles and 24 coils in two rings are what Yan, Chen, Lim, Yang and Lee built (their *Permanent Magnet Spherical
-    Motors*, 2011). With the rings at ±30° the torque map has a condition number below 3.8 for every spin and every tilt
-    up to 0.8 rad. Torque constant, resistance and current limit are assumptions that fit this wrist's torques.
+    The torque map, its condition number over the workspace and the least-norm currents are the subject of Yan, Chen,
+    Lim, Yang and Lee, *Design, Modeling and Experiments of 3-DOF Electromagnetic Spherical Actuators*, Springer, 2011,
+    chapter 3 (doi:10.1007/978-94-007-1646-9_3). The layout and all values here are assumptions. With eight poles and
+    24 coils in rings at ±30° the map has a condition number of at most 3.8 for every spin and every tilt up to 1.4 rad,
+    and 2 A make at least 0.05 N·m in any direction there. A single ring makes no torque across the tool at home.
     """
 
     coils: Annotated[int, Field(ge=3, le=256)] = quantity(24, "", "number of coils")
@@ -61,7 +71,7 @@ class SphericalMotor(Actuation):
     torque_constant: Positive = quantity(0.02, "N·m/A", "largest torque that one coil makes per ampere")
     current_limit: Positive = quantity(2.0, "A", "largest current of a coil; beyond it all currents are scaled down")
     resistance: Positive = quantity(2.5, "Ω", "of one coil")
-    failed: tuple[Annotated[int, Field(ge=0)], ...] = quantity((), "", "numbers of coils that make no torque")
+    failed: Numbers = quantity((), "", "numbers of coils that make no torque")
     failure_known: bool = quantity(False, "", "the allocation does without the failed coils")
     strength_error: NonNegative = quantity(0.0, "", "relative standard deviation of the coils' strengths, not known")
 
@@ -85,8 +95,10 @@ class SphericalMotor(Actuation):
 class Realistic(SphericalMotor):
     """The spherical motor with a lag, a torque resolution, cogging, and coils of uneven strength.
 
-    Steps of 1.2·10⁻⁴ N·m are 12 bits over ±0.25 N·m. The lag of a current loop of about 300 Hz, cogging of about 1 % of
-    the largest torque, and strengths known to 2 % are assumptions: no source gives them for a motor of this size.
+    Steps of 1.2·10⁻⁴ N·m are 12 bits over ±0.25 N·m. Strengths that scatter by 2 % come from magnets whose remanence
+    their makers hold to ±5 % (Magnetic Materials Producers Association, by https://www.emetor.com/glossary). The lag of
+    a current loop of about 300 Hz and cogging of about 1 % of the largest torque are assumptions; a stator without
+    iron would have no cogging.
     """
 
     torque_quantum: NonNegative = quantity(1.2e-4, "N·m", "resolution of a motor's torque")

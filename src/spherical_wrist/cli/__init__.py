@@ -11,6 +11,12 @@ def main() -> None:
     """Runs ``wrist``. Exit codes: 0 completed, 1 diverged, 2 wrong input, 128 + n stopped by signal n."""
     from typer.exceptions import Abort, TyperException
 
+    from spherical_wrist.cli import (  # noqa: F401 their commands join those of app
+        campaign_commands,
+        report_commands,
+        study_commands,
+        tuning_commands,
+    )
     from spherical_wrist.cli.app import app
 
     try:

@@ -2,7 +2,6 @@
 
 import signal
 import sys
-import tomllib
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import asdict
@@ -11,6 +10,7 @@ from typing import Any, NamedTuple
 
 from spherical_wrist.cli.output import print_json, run_table
 from spherical_wrist.errors import ParameterError, RecordingError
+from spherical_wrist.experiment.command import read_settings
 from spherical_wrist.experiment.description import Experiment, read_toml, with_changes
 from spherical_wrist.experiment.run import Run
 from spherical_wrist.experiment.simulate import simulate
@@ -47,7 +47,7 @@ def run_experiment(file: Path | None, changes: Mapping[str, Any], settings: list
         WristError: wrong input, or a recording that cannot be written.
     """
     tables = read_toml(file) if file else {}
-    experiment = Experiment(**with_changes(with_changes(tables, changes), _settings(settings)))
+    experiment = Experiment(**with_changes(with_changes(tables, changes), read_settings(settings)))
     if options.every < 1:
         raise ParameterError(f"--record-every {options.every}: must be 1 or more")
     if options.recording is not None:
@@ -92,20 +92,6 @@ def summary(run: Run, recording: Path | None) -> dict[str, Any]:
         "real_time_factor": run.real_time_factor,
         "metrics": asdict(run.metrics),
     }
-
-
-def _settings(texts: list[str]) -> dict[str, Any]:
-    """``name=value`` texts as values by dotted name; a value is TOML, and a bare word a string."""
-    found = {}
-    for text in texts:
-        name, equals, value = text.partition("=")
-        if not (name.strip() and equals and value.strip()):
-            raise ParameterError(f"--set {text!r}: NAME=VALUE is needed, such as law.K=0.02")
-        try:
-            found[name.strip()] = tomllib.loads(f"value = {value.strip()}")["value"]
-        except tomllib.TOMLDecodeError:
-            found[name.strip()] = value.strip()
-    return found
 
 
 def _check_writable(path: Path) -> None:

@@ -31,15 +31,15 @@ class BoundaryLayerSlidingMode(ModelBasedLaw):
     constant Δ leaves |S| = |Δ|/β, and |e| = |S|/λ without integral action; with it, none of either. The integral moves
     only while |S| < φ or where that lowers |S|, so that it cannot wind up.
 
-    Defaults: λ, ζ and β by the criterion of ``ComputedTorqueIntegral``, under which β = λ and ζ = 1 leave four times
-    the error; D at least seven times the acceleration by 25 %, and μ = 1, for half the mass.
+    Defaults: λ, ζ and β by the criterion of ``ComputedTorqueIntegral``, far from β = λ and ζ = 1; D at least seven
+    times the acceleration by 25 %, and μ = 1, for half the mass.
     """
 
     state_size: ClassVar[int] = 6
 
-    slope: Positive = quantity(101.0, "1/s", "slope λ of the sliding surface")
-    damping_ratio: Positive = quantity(0.2, "", "damping ratio ζ of the surface with integral action")
-    bandwidth: Positive = quantity(245.0, "1/s", "bandwidth β of the boundary layer")
+    slope: Positive = quantity(130.0, "1/s", "slope λ of the sliding surface")
+    damping_ratio: Positive = quantity(0.25, "", "damping ratio ζ of the surface with integral action")
+    bandwidth: Positive = quantity(180.0, "1/s", "bandwidth β of the boundary layer")
     disturbance: PositiveVector = quantity(
         (130.0, 130.0, 210.0), "rad/s²", "bound D on the acceleration by disturbances, per axis"
     )

@@ -39,9 +39,9 @@ class ComputedTorqueObserver(LimitAwareLaw, ComputedTorque):
 
     state_size: ClassVar[int] = MEMORY + 6
 
-    Kp: PositiveVector = quantity(4400.0, "1/s²", "proportional gain per axis")
-    Kv: NonNegativeVector = quantity(20.0, "1/s", "derivative gain per axis")
-    bandwidth: Positive = quantity(124.0, "1/s", "bandwidth L of the observer")
+    Kp: PositiveVector = quantity(12000.0, "1/s²", "proportional gain per axis")
+    Kv: NonNegativeVector = quantity(62.0, "1/s", "derivative gain per axis")
+    bandwidth: Positive = quantity(98.0, "1/s", "bandwidth L of the observer")
     disturbance_model: Literal["constant", "ramp"] = quantity("ramp", "", "what the disturbance is taken for")
 
     @staticmethod

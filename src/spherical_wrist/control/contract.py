@@ -59,7 +59,7 @@ class Signal(Protocol):
         period: control period [s].
         attitude: measured attitude, quaternion (w, x, y, z), body → world.
         rate: measured angular velocity ω [rad/s].
-        desired_attitude: desired attitude at this instant.
+        desired_attitude: desired attitude at the time of the measured one: this instant, but for the age of a sample.
         desired_rate: desired angular velocity, in the desired frame [rad/s].
         error: e = log(q⁻¹ q_d) [rad].
         rate_error: ė = R_e ω_d − ω [rad/s].
@@ -173,8 +173,15 @@ class Law(Member):
         return record.view(np.float64)
 
     def layout(self) -> np.dtype[Any]:
-        """The record that ``step`` sees as ``parameters``: every field a float64, or an array of them."""
+        """The record that ``step`` sees as ``parameters``: every field a float64, or an array of them.
+
+        Raises:
+            LawError: a parameter has a name that records keep for themselves.
+        """
         shapes = [(name, "f8", value.shape) for name, value in self._arrays().items()]
+        for name, _, _ in shapes:
+            if hasattr(np.record, name):  # interpreted, parameters.mean would be the record's own method
+                raise LawError(f"law {self.name!r}: a parameter cannot be called {name!r}: take another name")
         return np.dtype([*shapes, ("_", "f8")])  # never empty
 
     def _arrays(self) -> dict[str, Array]:

@@ -29,15 +29,15 @@ class GeometricTracking(LimitAwareLaw):
 
     Assumptions: d does not depend on the error. Stability with the integral: exponential for small c (Goodarzi, Lee
     and Leok, 2013, by V with cross terms in e_R, ė and w + d); near e = 0 exactly for k_I c < k_Ω (k_R + k_I) (Routh).
-    The defaults, by the criterion of ``ComputedTorqueIntegral``, use all of the latter condition's room and more than
+    The defaults, by the criterion of ``ComputedTorqueIntegral``, use half of the latter condition's room, and more than
     the former's. The integral stops at ``torque_limit``, and while the whole torque is beyond it.
     """
 
     state_size: ClassVar[int] = 3
 
-    Kr: Positive = quantity(3400.0, "1/s²", "attitude gain k_R")
-    Kw: Positive = quantity(279.0, "1/s", "rate gain k_Ω")
-    Ki: NonNegative = quantity(16500.0, "1/s²", "integral gain k_I")
+    Kr: Positive = quantity(2860.0, "1/s²", "attitude gain k_R")
+    Kw: Positive = quantity(256.0, "1/s", "rate gain k_Ω")
+    Ki: NonNegative = quantity(22300.0, "1/s²", "integral gain k_I")
     slope: Positive = quantity(153.0, "1/s", "share c of the attitude error in the integral, against the rate error")
     attitude_error: Literal["sine", "half_angle"] = quantity("sine", "", "attitude error vector e_R")
 

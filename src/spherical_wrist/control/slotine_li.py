@@ -46,12 +46,12 @@ class SlotineLi(LimitAwareLaw):
 
     state_size: ClassVar[int] = 15
 
-    slope: Positive = quantity(240.0, "1/s", "slope λ of the sliding surface")
-    K: Positive = quantity(40.5, "1/s", "gain of the surface")
+    slope: Positive = quantity(191.0, "1/s", "slope λ of the sliding surface")
+    K: Positive = quantity(55.0, "1/s", "gain of the surface")
     inertia_adaptation: NonNegative = quantity(1e-4, "s²/rad²", "adaptation gain of the inertia")
     gravity_adaptation: NonNegative = quantity(20.0, "1/s²", "adaptation gain of the gravity moment")
     damping_adaptation: NonNegative = quantity(0.07, "1/rad²", "adaptation gain of the damping")
-    torque_adaptation: NonNegative = quantity(10400.0, "1/s²", "adaptation gain of the constant torque")
+    torque_adaptation: NonNegative = quantity(17400.0, "1/s²", "adaptation gain of the constant torque")
     inertia_limit: Positive = quantity(0.5, "", "largest deviation of the inertia, as a share of the nominal one")
     gravity_limit: Positive = quantity(0.05, "N·m", "largest deviation of the gravity moment")
     damping_limit: Positive = quantity(0.002, "N·m·s/rad", "largest deviation of the damping")

@@ -30,17 +30,17 @@ class SuperTwisting(LimitAwareLaw):
     is a limit cycle. Within a layer the law is linear, S̈ + (k₁/√φ) Ṡ + (k₂/φ) S = −H⁻¹ ḋ, stable and without
     chattering: a constant d still leaves nothing, a slow one S = φ H⁻¹ ḋ / k₂. Outside of it, it is that of Levant.
 
-    Defaults: λ, k₁/√φ and k₂/φ by the criterion of ``ComputedTorqueIntegral``; φ as thin as Levant's conditions allow
-    for these, L = 188 rad/s³ being what 25 % at 1 Hz do to the spin axis. ``sign`` cannot meet the criterion: with λ =
+    Defaults: λ, k₁ and k₂ by the criterion of ``ComputedTorqueIntegral`` for a layer in which they are Levant's too,
+    with L = 188 rad/s³, what 25 % at 1 Hz do to the spin axis. ``sign`` cannot meet the criterion: with λ =
     100/s, k₁ = 15 and k₂ = 250 it leaves a few 10⁻⁶ rad in those cases, at 5 to 16 times the chattering of plain
     computed torque. The integral stops at ``torque_limit``, and while the whole torque is beyond it.
     """
 
     state_size: ClassVar[int] = 3
 
-    k1: PositiveVector = quantity(28.5, "rad½/(s·s½)", "gain k₁ of the root per axis")
-    k2: PositiveVector = quantity(5300.0, "rad/s³", "gain k₂ of the integral per axis")
-    slope: Positive = quantity(240.0, "1/s", "slope λ of the sliding surface")
+    k1: PositiveVector = quantity(38.9, "rad½/(s·s½)", "gain k₁ of the root per axis")
+    k2: PositiveVector = quantity(8850.0, "rad/s³", "gain k₂ of the integral per axis")
+    slope: Positive = quantity(190.0, "1/s", "slope λ of the sliding surface")
     switching: SwitchingName = quantity("saturation", "", "switching function")
     phi: PositiveVector = quantity(0.5, "rad/s", "boundary layer φ per axis; sign only reports with it")
 

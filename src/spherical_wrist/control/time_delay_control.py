@@ -31,9 +31,9 @@ class TimeDelayControl(LimitAwareLaw):
 
     state_size: ClassVar[int] = MEMORY
 
-    Kp: PositiveVector = quantity(9200.0, "1/s²", "proportional gain per axis")
-    Kv: NonNegativeVector = quantity(74.0, "1/s", "derivative gain per axis")
-    inertia_share: Positive = quantity(0.275, "", "share s of the nominal inertia that M̄ is")
+    Kp: PositiveVector = quantity(11500.0, "1/s²", "proportional gain per axis")
+    Kv: NonNegativeVector = quantity(78.5, "1/s", "derivative gain per axis")
+    inertia_share: Positive = quantity(0.268, "", "share s of the nominal inertia that M̄ is")
 
     @staticmethod
     def step(signal: Signal, parameters: Any, state: Array, command: Command) -> None:

@@ -184,7 +184,8 @@ def with_changes(tables: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[
     parameters go with it, but for the size of a disturbance, which every shape has.
     """
     result = dict(tables)
-    for dotted, value in changes.items():
+    # names first: what is changed of a part belongs to the part that is named, in whatever order they are given
+    for dotted, value in sorted(changes.items(), key=lambda change: ("." in change[0]) - change[0].endswith(".name")):
         key, _, parameter = dotted.partition(".")
         if not parameter:
             result[key] = value

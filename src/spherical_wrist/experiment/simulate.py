@@ -2,19 +2,21 @@
 
 import time
 from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
 
 from spherical_wrist.errors import ParameterError
 from spherical_wrist.experiment.description import Experiment
 from spherical_wrist.experiment.run import Run, versions
-from spherical_wrist.metrics import Meter
-from spherical_wrist.plant import perturbed
+from spherical_wrist.metrics import LogMeter, Measurement, Metrics
 from spherical_wrist.simulation.closed_loop import ClosedLoop
 from spherical_wrist.simulation.engine import compiled_engine, interpreted_engine
+from spherical_wrist.simulation.logged import Logged
 from spherical_wrist.simulation.nominal import peak_torque
 from spherical_wrist.simulation.outcome import Outcome, Status
 from spherical_wrist.simulation.series import Series
+from spherical_wrist.simulation.workbench import Sampled, Workbench
 
 
 def simulate(
@@ -48,51 +50,87 @@ def simulate(
     """
     if record_every < 1:
         raise ParameterError(f"record_every = {record_every}: must be 1 or more")
-    nominal = experiment.nominal()
-    timing = experiment.timing(nominal)
-    plant = perturbed(nominal, experiment.perturbation)
-    engine = interpreted_engine() if interpreted else compiled_engine()
-    needs_peak = experiment.disturbance.amplitude is None and experiment.disturbance.level > 0.0
-    reference = experiment.reference.drawn(np.random.default_rng([experiment.seed, 3]))
-    peak = peak_torque(nominal, reference, timing, engine, stop) if needs_peak else 0.0
-    disturbance = experiment.disturbance.torque(peak, np.random.default_rng(experiment.seed))
-    loop = ClosedLoop(
-        plant,
-        nominal,
-        experiment.law,
-        reference,
-        disturbance,
-        timing,
-        engine,
-        experiment.start,
-        experiment.hardware,
+    kept = [Series.empty()]
+
+    def keep(loop: ClosedLoop, logged: Logged) -> None:
+        if keep_series:
+            first = loop.sample - len(logged.time)
+            kept.append(loop.series(logged).rows(slice(-first % record_every, None, record_every)))
+        if progress is not None:
+            progress(loop.sample * experiment.control_period)
+
+    bench = Workbench(interpreted_engine() if interpreted else compiled_engine())
+    found = measured(experiment, bench, keep, stop)
+    return Run(
+        **Series.joined(kept).arrays(),
+        description=experiment.model_dump(mode="json"),
+        outcome=found.outcome,
+        metrics=found.metrics,
+        measurement=found.measurement,
+        versions=versions(),
+        every=record_every,
+        wall_time=found.wall_time,
+        _experiment=experiment,
     )
+
+
+class Measured(NamedTuple):
+    """What is left of a run without its series.
+
+    Attributes:
+        outcome: how it ended.
+        metrics: figures of merit.
+        measurement: what they depend on besides the series.
+        wall_time: time that simulating took, without compiling [s].
+    """
+
+    outcome: Outcome
+    metrics: Metrics
+    measurement: Measurement
+    wall_time: float
+
+
+def measured(
+    experiment: Experiment,
+    bench: Workbench,
+    keep: Callable[[ClosedLoop, Logged], None] = lambda loop, logged: None,
+    stop: Callable[[], bool] = lambda: False,
+) -> Measured:
+    """Runs the closed loop that an experiment describes, and measures it.
+
+    Args:
+        experiment: what to run.
+        bench: for runs that follow one another on one thread; what they share is made once, and the bits are the same.
+        keep: called with the loop and each piece of the log.
+        stop: see :func:`simulate`.
+
+    Raises:
+        WristError: see :func:`simulate`.
+    """
+    nominal = bench.wrist(experiment.model)
+    timing = experiment.timing(nominal)
+    engine, law, seed = bench.engine, experiment.law, experiment.seed
+    drawn = experiment.drawn_reference
+    reference = Sampled(drawn, bench)
+    peak, load = 0.0, experiment.disturbance
+    if load.amplitude is None and load.level > 0.0:
+        peak = bench.value(
+            ("peak", experiment.model, drawn, timing), lambda: peak_torque(nominal, reference, timing, engine, stop)
+        )
+    torque = load.torque(peak, np.random.default_rng(seed))
+    disturbance = bench.sampled(("torque", load, peak, seed), torque)
+    machine = bench.machine(experiment.model, experiment.perturbation, timing)
+    parts = (law, reference, disturbance, timing, engine, experiment.start, experiment.hardware)
+    loop = ClosedLoop(nominal, nominal, *parts, bench, machine)
     measurement = experiment.measurement(nominal)
-    meter, kept = Meter(measurement), [Series.empty()]
-    outcome = None
+    meter, outcome = LogMeter(measurement, engine), None
     began = time.perf_counter()
     while outcome is None:
         if stop():
             outcome = Outcome(Status.INTERRUPTED, loop.sample * timing.control_period, "stopped on request")
             break
-        first = loop.sample
-        piece = loop.advance()
-        meter.add(piece)
-        if keep_series:
-            kept.append(piece.rows(slice(-first % record_every, None, record_every)))
-        if progress is not None:
-            progress(loop.sample * timing.control_period)
+        logged = loop.run()
+        meter.add(logged)
+        keep(loop, logged)
         outcome = loop.outcome
-    wall_time = time.perf_counter() - began
-    series = Series.joined(kept)
-    return Run(
-        **series.arrays(),
-        description=experiment.model_dump(mode="json"),
-        outcome=outcome,
-        metrics=meter.result(),
-        measurement=measurement,
-        versions=versions(),
-        every=record_every,
-        wall_time=wall_time,
-        _experiment=experiment,
-    )
+    return Measured(outcome, meter.result(), measurement, time.perf_counter() - began)

@@ -1,12 +1,22 @@
 """How the viewer shows a recording."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 import numpy.typing as npt
 import rerun.blueprint as rrb
 
-from spherical_wrist.recording.layout import EXPERIMENT_TEXT, METRICS_TEXT, PLOTTED, TIMELINE, TIPS, WORLD, plot_entity
+from spherical_wrist.recording.hardware import hardware_curves
+from spherical_wrist.recording.layout import (
+    EXPERIMENT_TEXT,
+    HARDWARE,
+    METRICS_TEXT,
+    PLOTTED,
+    TIMELINE,
+    TIPS,
+    WORLD,
+    plot_entity,
+)
 from spherical_wrist.recording.plots import limits, plotted
 from spherical_wrist.simulation.series import COLUMNS
 from spherical_wrist.wrist import Wrist
@@ -16,6 +26,12 @@ TRAIL = 1.5
 
 STACKED = 3
 """Plots that always show; the rest share the place below them, a tab each."""
+
+ABOVE_HARDWARE = (("error",), ("surface", "rate_error", "slope"), ("torque", "disturbance"))
+"""Plots from top to bottom where the lowest place is taken by those of the hardware; those that share one are tabs."""
+
+LEGEND = 6
+"""Most curves of a plot that a legend names; more would hide them."""
 
 _EYE = np.array([0.60, -0.79, 0.12])
 """From the middle of the wrist to the eye: that of the package's model's overview camera."""
@@ -32,14 +48,18 @@ def blueprint(wrist: Wrist, arrays: Mapping[str, npt.NDArray[np.float64]]) -> rr
         rrb.TextDocumentView(name="Metrics", origin=METRICS_TEXT),
         rrb.TextDocumentView(name="Experiment", origin=EXPERIMENT_TEXT),
     )
-    plots = [_plot(name, arrays[name]) for name in plotted(arrays)]
-    stack: list[rrb.View | rrb.Container] = list(plots[:STACKED])
-    if plots[STACKED:]:
-        stack.append(rrb.Tabs(*plots[STACKED:], active_tab=0))
+    names, hardware = plotted(arrays), hardware_curves(arrays)
+    views = {name: _plot(name, " ".join(PLOTTED[name]), COLUMNS[name]["unit"], arrays[name]) for name in names}
+    views |= {name: _plot(name, HARDWARE[name][0], HARDWARE[name][2], curves) for name, curves in hardware.items()}
+    if hardware:
+        stack = [*([name for name in place if name in views] for place in ABOVE_HARDWARE), list(hardware)]
+    else:
+        stack = [*([name] for name in names[:STACKED]), names[STACKED:]]
+    places = [_place([views[name] for name in place]) for place in stack if place]
     return rrb.Blueprint(
         rrb.Horizontal(
             rrb.Vertical(_scene(wrist), tables, row_shares=[1.7, 1.0]),
-            rrb.Vertical(*stack),
+            rrb.Vertical(*places),
             column_shares=[1.0, 1.0],
         ),
         rrb.BlueprintPanel(state="collapsed"),
@@ -65,12 +85,15 @@ def _scene(wrist: Wrist) -> rrb.Spatial3DView:
     )
 
 
-def _plot(name: str, array: npt.NDArray[np.float64]) -> rrb.TimeSeriesView:
-    title, symbol = PLOTTED[name]
+def _place(views: Sequence[rrb.View]) -> rrb.View | rrb.Container:
+    return views[0] if len(views) == 1 else rrb.Tabs(*views, active_tab=0)
+
+
+def _plot(name: str, title: str, unit: str, curves: npt.NDArray[np.float64]) -> rrb.TimeSeriesView:
     return rrb.TimeSeriesView(
-        name=f"{title} {symbol} [{COLUMNS[name]['unit']}]",
+        name=title + (f" [{unit}]" if unit else ""),
         origin=plot_entity(name),
         axis_x=rrb.TimeAxis(link=rrb.components.LinkAxis.LinkToGlobal),
-        axis_y=rrb.ScalarAxis(range=limits(array)),
-        plot_legend=rrb.PlotLegend(rrb.Corner2D.RightTop),
+        axis_y=rrb.ScalarAxis(range=limits(curves)),
+        plot_legend=rrb.PlotLegend(rrb.Corner2D.RightTop, visible=None if 1 < curves.shape[1] <= LEGEND else False),
     )

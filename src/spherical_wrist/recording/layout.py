@@ -32,6 +32,18 @@ PLOTTED = {
 The other arrays share an entity: every one costs 16 bytes a row more.
 """
 
+HARDWARE = {
+    "sensed_attitude": ("Attitude fault", "Δq", "rad"),
+    "sensed_rate": ("Rate fault", "Δω", "rad/s"),
+    "made_torque": ("Torque fault", "Δτ", "N·m"),
+    "current": ("Currents", "i", "A"),
+    "condition": ("Condition number", "κ", ""),
+}
+"""Plots of sensors and motors that are not ideal: title, symbol and unit.
+
+Those that are named like an array are that array; the others follow from several, and are not read back.
+"""
+
 SERIES = "series"
 """Entity of all arrays that have none of their own, one component each."""
 

@@ -1,12 +1,14 @@
 """The arrays over time: those with a plot of their own, and the rest."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from colorsys import hsv_to_rgb
 
 import numpy as np
 import numpy.typing as npt
 import rerun as rr
 
-from spherical_wrist.recording.layout import PLOTTED, SERIES, plot_entity
+from spherical_wrist.recording.hardware import hardware_curves
+from spherical_wrist.recording.layout import HARDWARE, PLOTTED, SERIES, plot_entity
 from spherical_wrist.simulation.series import COLUMNS
 
 Array = npt.NDArray[np.float64]
@@ -39,19 +41,34 @@ def send_arrays(recording: rr.RecordingStream, time: rr.TimeColumn, arrays: Mapp
         arrays: of a series, by name.
     """
     own = plotted(arrays)
-    policy = AGGREGATION.Off if len(arrays["time"]) <= DRAWN_IN_FULL else AGGREGATION.MinMax
     for name in own:
-        axes = [f"{PLOTTED[name][1]} {axis}" for axis in COLUMNS[name]["axes"]]
-        style = rr.SeriesLines(
-            names=axes,
-            colors=AXIS_COLOURS,
-            widths=[1.5] * len(axes),
-            aggregation_policy=policy,
-        )
-        recording.log(plot_entity(name), style, static=True)
-        recording.send_columns(plot_entity(name), [time], rr.Scalars.columns(scalars=arrays[name]))
-    rest = [_component(name, array) for name, array in arrays.items() if name not in own and array.size]
+        lines = [f"{PLOTTED[name][1]} {axis}" for axis in COLUMNS[name]["axes"]]
+        _send_plot(recording, time, name, arrays[name], lines)
+    curves = hardware_curves(arrays)
+    for name, curve in curves.items():
+        _send_plot(recording, time, name, curve, _lines(HARDWARE[name][1], curve.shape[1]))
+    sent = {*own, *curves}
+    rest = [_component(name, array) for name, array in arrays.items() if name not in sent and array.size]
     recording.send_columns(SERIES, [time], rest)
+
+
+def _send_plot(
+    recording: rr.RecordingStream, time: rr.TimeColumn, name: str, curves: Array, lines: Sequence[str]
+) -> None:
+    policy = AGGREGATION.Off if len(curves) <= DRAWN_IN_FULL else AGGREGATION.MinMax
+    count = len(lines)
+    around = [[round(255.0 * part) for part in hsv_to_rgb(k / count, 0.6, 0.95)] for k in range(count)]
+    colours = AXIS_COLOURS[:count] if count <= len(AXIS_COLOURS) else around
+    style = rr.SeriesLines(names=lines, colors=colours, widths=[1.5] * count, aggregation_policy=policy)
+    recording.log(plot_entity(name), style, static=True)
+    recording.send_columns(plot_entity(name), [time], rr.Scalars.columns(scalars=curves))
+
+
+def _lines(symbol: str, count: int) -> list[str]:
+    """Names of the curves of a plot: of its axes, or numbers from 0."""
+    if count == 1:
+        return [symbol]
+    return [f"{symbol} {axis}" for axis in (COLUMNS["error"]["axes"] if count == 3 else range(count))]
 
 
 def _component(name: str, array: Array) -> rr.ComponentColumn:

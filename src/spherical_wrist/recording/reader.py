@@ -11,9 +11,21 @@ import numpy.typing as npt
 from rerun.chunk import RrdReader
 
 from spherical_wrist.errors import RecordingError, one_line
-from spherical_wrist.recording.layout import ABOUT, APPLICATION, FORMAT, PLOTTED, SERIES, TIMELINE, plot_entity
+from spherical_wrist.recording.layout import (
+    ABOUT,
+    APPLICATION,
+    FORMAT,
+    HARDWARE,
+    PLOTTED,
+    SERIES,
+    TIMELINE,
+    plot_entity,
+)
 from spherical_wrist.recording.seal import check_seal
 from spherical_wrist.simulation.series import COLUMNS, EXTRAS, WIDTHS, Series
+
+_PLOTS = [*PLOTTED, *(name for name in HARDWARE if name in EXTRAS)]
+"""Arrays that may have an entity of their own."""
 
 
 @dataclass(frozen=True)
@@ -61,7 +73,7 @@ def _tables(path: Path) -> dict[str, Table]:
     if [entry.application_id for entry in recordings] != [APPLICATION]:
         names = ", ".join(sorted({entry.application_id for entry in recordings})) or "none"
         raise RecordingError(f"recording {str(path)!r} was not made by spherical-wrist (applications in it: {names})")
-    content = [f"/{SERIES}", *(f"/{plot_entity(name)}" for name in PLOTTED), _path_of_properties(ABOUT)]
+    content = [f"/{SERIES}", *(f"/{plot_entity(name)}" for name in _PLOTS), _path_of_properties(ABOUT)]
     parts: dict[str, list[Any]] = defaultdict(list)
     for chunk in reader.stream(store=recordings[0]).filter(content=content):
         parts[chunk.entity_path].append(chunk.to_record_batch())
@@ -90,12 +102,10 @@ def _path_of_properties(group: str) -> str:
 
 def _arrays(tables: dict[str, Table]) -> dict[str, npt.NDArray[np.float64]]:
     """The arrays of the series, in their shapes."""
-    arrays = {}
-    for name in COLUMNS:
-        own = tables.get(f"/{plot_entity(name)}")
-        flat = tables[f"/{SERIES}"][name] if own is None else own["Scalars:scalars"]
-        arrays[name] = flat.reshape(-1, WIDTHS[name]) if WIDTHS[name] else flat
+    flat = dict(tables[f"/{SERIES}"])
+    flat |= {name: tables[own]["Scalars:scalars"] for name in _PLOTS if (own := f"/{plot_entity(name)}") in tables}
+    arrays = {name: flat[name].reshape(-1, WIDTHS[name]) if WIDTHS[name] else flat[name] for name in COLUMNS}
     for name in EXTRAS:
-        flat = tables[f"/{SERIES}"].get(name, np.empty(0))
-        arrays[name] = flat.reshape(len(arrays["time"]), -1 if flat.size else 0)
+        extra = flat.get(name, np.empty(0))
+        arrays[name] = extra.reshape(len(arrays["time"]), -1 if extra.size else 0)
     return arrays

@@ -2,9 +2,16 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 
+from spherical_wrist.actuation import Actuation
 from spherical_wrist.actuation import Ideal as IdealActuation
+from spherical_wrist.parameters import Member, unit_of
 from spherical_wrist.recording.layout import JSON
 from spherical_wrist.sensing import Ideal as IdealSensing
+from spherical_wrist.sensing import Sensing
+
+_HARDWARE: Mapping[str, type[Member]] = {"sensing": Sensing, "actuation": Actuation}
+_MOOT = {"detents": ("cogging",), "failure_known": ("failed",), "timestamped": ("delay", "loss")}
+"""What says nothing of sensors or motors in which all of these are zero."""
 
 _IDEAL = (IdealSensing().model_dump(mode="json"), IdealActuation().model_dump(mode="json"))
 """Sensors and motors without a fault, which go without saying."""
@@ -35,6 +42,9 @@ _SUFFIXES = {
 }
 """Units that the names of metrics end with; longer endings first."""
 
+_OF_COILS = ("copper_loss_W", "peak_current_A", "max_condition_number")
+"""Metrics that go without saying where there are none of them."""
+
 _FIRST = ("law", "reference", "disturbance", "mass_scale", "payload", "seed")
 """What a reader looks for, before all the rest."""
 
@@ -49,15 +59,29 @@ def title(properties: Mapping[str, Mapping[str, JSON]]) -> str:
 
 
 def experiment_text(properties: Mapping[str, Mapping[str, JSON]]) -> str:
-    """The experiment as a Markdown table. Entries that are zero or not given are left out, except the seed."""
+    """The experiment as Markdown tables. Entries that are zero or not given are left out, except the seed.
+
+    Likewise the faults that sensors and motors do not have; those that they have come with their units.
+    """
     experiment = properties.get("experiment", {})
     keys = [key for key in _FIRST if key in experiment] + [key for key in experiment if key not in _FIRST]
-    rows, details = [], []
+    rows: list[tuple[str, str]] = []
+    details: list[tuple[str, str]] = []
     for key in keys:
         value = experiment[key]
         if value in _IDEAL:
             continue
-        if isinstance(value, Mapping) and "name" in value:
+        if isinstance(value, Mapping) and key in _HARDWARE:
+            faults = list(_faults(key, value))
+            if value.get("name") != "ideal":
+                rows.append((_words(key), f"**{value.get('name')}**"))
+                details += [(f"{_words(key)}: {fault}", size) for fault, size in faults]
+            else:  # a line each: the viewer would cut a long one off
+                heads = [(_words(key), "**ideal** but for "), *[("", "")] * len(faults)]
+                rows += [
+                    (head, f"{but}{fault} {size}") for (head, but), (fault, size) in zip(heads, faults, strict=False)
+                ]
+        elif isinstance(value, Mapping) and "name" in value:
             entries = {k: v for k, v in value.items() if k != "name" and v is not None}
             brief = [f", {_words(k)} {_text(v)}" for k, v in entries.items() if key == "disturbance"]
             rows.append((_words(key), f"**{value['name']}**{''.join(brief)}"))
@@ -65,6 +89,17 @@ def experiment_text(properties: Mapping[str, Mapping[str, JSON]]) -> str:
         elif value is not None and (key == "seed" or not _is_zero(value)):
             rows.append((_words(key), f"{_text(value)} {_UNITS.get(key, '')}".strip()))
     return _table(("experiment", ""), rows) + "\n\n" + _table(("parameters", ""), details)
+
+
+def _faults(key: str, told: Mapping[str, JSON]) -> Iterator[tuple[str, str]]:
+    """The parameters of sensors or motors, but for faults that they do not have; with units."""
+    member = _HARDWARE[key].members.get(str(told.get("name")))
+    for name, value in told.items():
+        moot = name in _MOOT and all(_is_zero(told.get(other, 0)) for other in _MOOT[name])
+        if name == "name" or value in (None, "measured") or moot or _is_zero(value):
+            continue
+        unit = unit_of(member, name) if member is not None and name in member.model_fields else ""
+        yield _words(name), f"{_text(value)} {unit}".strip()
 
 
 def metrics_text(properties: Mapping[str, Mapping[str, JSON]], rows: int, every: int) -> str:
@@ -81,7 +116,9 @@ def metrics_text(properties: Mapping[str, Mapping[str, JSON]], rows: int, every:
         time = outcome.get("time_s")
         at = f" at {time:.6g} s" if isinstance(time, int | float) else ""
         lines = [f"**{outcome['status']}**{at}", str(outcome.get("reason") or "")]
-    metrics = [_metric(name, value) for name, value in properties.get("metrics", {}).items()]
+    figures = properties.get("metrics", {})
+    coils = any(figures.get(name) is not None for name in _OF_COILS)
+    metrics = [_metric(name, value) for name, value in figures.items() if coils or name not in _OF_COILS]
     which = "every control instant" if every == 1 else f"every {every}th control instant"
     lines += [_table(("metric", "value"), metrics), f"{rows} rows, {which}"]
     return "\n\n".join(line for line in lines if line)

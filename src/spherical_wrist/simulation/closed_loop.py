@@ -2,7 +2,6 @@
 
 from typing import Any, NamedTuple, NoReturn
 
-import mujoco
 import numpy as np
 import numpy.typing as npt
 
@@ -11,7 +10,6 @@ from spherical_wrist.actuation.drive import drive_of
 from spherical_wrist.control.contract import COMMAND, SIGNAL, Law
 from spherical_wrist.disturbance import Torque
 from spherical_wrist.errors import LawError, one_line
-from spherical_wrist.reference import Reference
 from spherical_wrist.sensing.measure import sensor_of
 from spherical_wrist.sensing.samples import Samples
 from spherical_wrist.simulation import loop
@@ -20,11 +18,12 @@ from spherical_wrist.simulation.engine import Engine, interpreted_engine
 from spherical_wrist.simulation.hardware import Hardware
 from spherical_wrist.simulation.instant import model_ahead, sense
 from spherical_wrist.simulation.logged import Logged
-from spherical_wrist.simulation.nominal import NominalModel
+from spherical_wrist.simulation.nominal import Motion, NominalModel
 from spherical_wrist.simulation.outcome import Outcome, Status
-from spherical_wrist.simulation.physics import drop_step_timer, physics_model, warnings_kept_in_data
+from spherical_wrist.simulation.physics import drop_step_timer, warnings_kept_in_data
 from spherical_wrist.simulation.series import Series
 from spherical_wrist.simulation.timing import Timing
+from spherical_wrist.simulation.workbench import Machine, Workbench, machine_of
 from spherical_wrist.so3 import Vector3, quaternion_exp, quaternion_product, relative_attitude, rotate
 from spherical_wrist.wrist import Wrist
 
@@ -62,6 +61,9 @@ class ClosedLoop:
         engine: how to run it.
         start: initial errors.
         hardware: sensors and motors; ideal ones where none are given.
+        bench: where laws are prepared; one of its own where none is given.
+        machine: the plant and the nominal model, ready for the loop, where they are not to be made here of ``plant``
+            and ``nominal``; ``plant`` then says only what its motors and its tool are.
 
     Attributes:
         sample: control instants simulated so far.
@@ -77,12 +79,14 @@ class ClosedLoop:
         plant: Wrist,
         nominal: Wrist,
         law: Law,
-        reference: Reference,
+        reference: Motion,
         disturbance: Torque,
         timing: Timing,
         engine: Engine,
         start: Start,
         hardware: Hardware | None = None,
+        bench: Workbench | None = None,
+        machine: Machine | None = None,
     ) -> None:
         drop_step_timer()
         self.sample = 0
@@ -94,13 +98,12 @@ class ClosedLoop:
         self._settings = _settings(law, timing, actuation)
         self._samples = Samples(sensing, timing.control_period, seed)
         self._sensor = sensor_of(sensing, timing.control_period)
-        self._drive = drive_of(actuation, plant.motors, plant.lower, plant.upper, timing.physics_period, seed)
-        self._parameters = law.packed()
+        limits, periods = (plant.lower, plant.upper), (timing.control_period, timing.physics_period)
+        self._drive = drive_of(actuation, plant.motors, *limits, *periods, seed)
         self._state = _initial_state(law)
         self._signal, self._command = np.zeros(1, SIGNAL), np.zeros(1, COMMAND)
         # the compiled loop holds addresses: these keep what is there alive
-        self._model = physics_model(plant, timing.physics_period)
-        self._data = mujoco.MjData(self._model)
+        self._model, self._data, self._nominal = machine or machine_of(plant, nominal, timing, engine)
         self._plant = loop.Plant(
             engine.handle(self._model),
             engine.handle(self._data),
@@ -110,13 +113,23 @@ class ClosedLoop:
             self._data.qfrc_applied,
             self._data.warning.number,
         )
-        self._nominal = NominalModel(nominal, timing, engine)
         self._place(start)
-        self._try_law(nominal)
-        self._step = engine.step(law)
+        self._bench = bench or Workbench(engine)
+        if type(law) not in self._bench.tried:
+            self._try_law(nominal)
+            self._bench.tried.add(type(law))
+        _, self._parameters, self._step = self._bench.law(law)
 
     def advance(self, samples: int = CHUNK) -> Series:
-        """Simulates up to ``samples`` control periods and returns what was logged in them.
+        """The series of what :meth:`run` logs."""
+        return self.series(self.run(samples))
+
+    def series(self, logged: Logged) -> Series:
+        """Something logged as a series."""
+        return logged.series(self._wrist, self._hardware)
+
+    def run(self, samples: int = CHUNK) -> Logged:
+        """Simulates up to ``samples`` control periods; what was logged in them is valid until the next call.
 
         Sets ``outcome`` when the run completes or diverges; the series of a diverged run ends where it did.
 
@@ -133,7 +146,7 @@ class ClosedLoop:
         ahead = float(self._settings["ahead"][0])
         later = self._reference.motion(time + ahead) if ahead > 0.0 else desired
         disturbance = self._disturbance(timing.steps(self.sample, last))
-        log = np.empty(len(time), loop.LOG)
+        log = self._bench.log(len(time))
         states = np.empty((len(time), self._law.state_size))
         currents = np.empty((len(time), len(self._drive.coils)))
         self._settings["first"] = self.sample
@@ -163,8 +176,7 @@ class ClosedLoop:
             self._blame(f"raised {type(error).__name__}: {one_line(error)}")
         self.sample += progress.logged
         self._conclude(progress.status)
-        logged = Logged(time, desired, disturbance[:: timing.substeps], log, states, currents).first(progress.logged)
-        return logged.series(self._wrist, self._hardware)
+        return Logged(time, desired, disturbance[:: timing.substeps], log, states, currents).first(progress.logged)
 
     def _conclude(self, status: int) -> None:
         time = self.sample * self._timing.control_period
@@ -192,7 +204,7 @@ class ClosedLoop:
         signal, settings = engine.record(self._signal), engine.record(self._settings)
         q, w = tuple(map(float, self._data.qpos)), tuple(map(float, self._data.qvel))
         trial = NominalModel(nominal, self._timing, engine)
-        sense(signal, settings, 0, q, w, desired[0])
+        sense(signal, settings, 0, q, w, desired[0], 0.0)
         scale = float(self._settings["rate_scale"][0])
         model_ahead(signal, scale, trial.handles, q, w, desired[0], desired[0], 0.0)
         check_step(self._law, self._signal, self._state)

@@ -25,6 +25,7 @@ from spherical_wrist.dynamics import MOTION, Nominal, inverse_dynamics, pointer
 from spherical_wrist.errors import LawError, one_line
 from spherical_wrist.sensing.measure import SENSOR, Sensor
 from spherical_wrist.sensing.samples import SAMPLE
+from spherical_wrist.simulation.gauge import TOTALS, WINDOW, gauge
 from spherical_wrist.simulation.loop import LOG, SETTINGS, Plant, close_loop
 from spherical_wrist.simulation.physics import ARGUMENTS, library
 
@@ -57,7 +58,8 @@ def _signatures() -> Any:
         t.FunctionType(law), vector, vector, plant, nominal, sensor, drive, record(SETTINGS),
         motion, motion, motion, sample, matrix, record(SIGNAL), record(COMMAND), log, matrix, matrix,
     )  # fmt: skip
-    return types.SimpleNamespace(law=law, loop=loop, inverse=(nominal, motion, matrix, matrix))
+    inverse, gauged = (nominal, motion, matrix, matrix), (record(WINDOW), record(TOTALS), vector, motion, log, matrix)
+    return types.SimpleNamespace(law=law, loop=loop, inverse=inverse, gauge=gauged)
 
 
 def _address(array: Any) -> Any:
@@ -165,6 +167,12 @@ def compiled_inverse_dynamics() -> Any:
     """``inverse_dynamics`` compiled."""
     with _compiling:
         return _compiled_once(inverse_dynamics, "inverse")
+
+
+def compiled_gauge() -> Any:
+    """``gauge`` compiled."""
+    with _compiling:
+        return _compiled_once(gauge, "gauge")
 
 
 @cache

@@ -9,6 +9,7 @@ import numpy.typing as npt
 from spherical_wrist.control.contract import Law
 from spherical_wrist.dynamics import inverse_dynamics
 from spherical_wrist.simulation import compiler
+from spherical_wrist.simulation.gauge import gauge
 from spherical_wrist.simulation.loop import close_loop
 
 
@@ -18,6 +19,7 @@ class Engine(NamedTuple):
     Attributes:
         close_loop: see :func:`spherical_wrist.simulation.loop.close_loop`.
         inverse_dynamics: see :func:`spherical_wrist.dynamics.inverse_dynamics`.
+        gauge: see :func:`spherical_wrist.simulation.gauge.gauge`.
         step: a law's step, taking its parameters packed.
         handle: of an MjModel or MjData, what the functions take for it.
         record: of a structured array of length one, what the functions take for its only element.
@@ -26,6 +28,7 @@ class Engine(NamedTuple):
 
     close_loop: Callable[..., Any]
     inverse_dynamics: Callable[..., None]
+    gauge: Callable[..., None]
     step: Callable[[Law], Any]
     handle: Callable[[Any], Any]
     record: Callable[[npt.NDArray[Any]], Any]
@@ -37,6 +40,7 @@ def compiled_engine() -> Engine:
     return Engine(
         compiler.compiled_loop(),
         compiler.compiled_inverse_dynamics(),
+        compiler.compiled_gauge(),
         compiler.compiled_law,
         lambda owner: owner._address,
         lambda array: array[0],
@@ -49,6 +53,7 @@ def interpreted_engine() -> Engine:
     return Engine(
         close_loop,
         inverse_dynamics,
+        gauge,
         interpreted_step,
         lambda owner: owner,
         lambda array: array.view(np.recarray)[0],

@@ -16,7 +16,7 @@ Array = npt.NDArray[np.float64]
 
 
 class Logged(NamedTuple):
-    """Arrays of a call of the loop, one row per control instant.
+    """Arrays of a call of the loop, one row per control instant; the log may be used again by the next call.
 
     Attributes:
         time: control instants [s].
@@ -40,14 +40,14 @@ class Logged(NamedTuple):
 
     def series(self, wrist: Wrist, hardware: Hardware) -> Series:
         """The series of a plant, without the extras that its hardware makes superfluous."""
-        columns = {name: np.ascontiguousarray(self.log[name]) for name in _names(hardware)}
-        desired_attitude = np.ascontiguousarray(self.desired["attitude"])
+        columns = {name: self.log[name].copy() for name in _names(hardware)}
+        desired_attitude = self.desired["attitude"].copy()
         return Series(
             **columns,
             time=self.time,
             desired_attitude=desired_attitude,
-            desired_rate=np.ascontiguousarray(self.desired["rate"]),
-            disturbance=np.ascontiguousarray(self.disturbance),
+            desired_rate=self.desired["rate"].copy(),
+            disturbance=self.disturbance.copy(),
             tip=tip_position(columns["attitude"], wrist.anchor, wrist.lever),
             desired_tip=tip_position(desired_attitude, wrist.anchor, wrist.lever),
             law_state=self.states,

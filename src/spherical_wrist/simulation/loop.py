@@ -125,13 +125,14 @@ def close_loop(
         p, w = plant.qpos, plant.qvel
         q = (p[0], p[1], p[2], p[3])
         rate = (w[0], w[1], w[2])
-        attitude, turning, age = q, rate, 0.0
+        attitude, turning, age, rate_age = q, rate, 0.0, 0.0
         if measured.perfect < 0.5:
             measure(sensor, samples[k], settings.first + k, q, rate)
             m, v = measured.attitude, measured.rate
             attitude, turning, age = (m[0], m[1], m[2], m[3]), (v[0], v[1], v[2]), samples[k].age
-        sense(signal, settings, k, attitude, turning, seen[k])
-        horizon = settings.ahead + age * measured.timestamped if settings.ahead > 0.0 else 0.0
+            age, rate_age = age * measured.timestamped, measured.rate_age * measured.timestamped
+        sense(signal, settings, k, attitude, turning, seen[k], rate_age)
+        horizon = settings.ahead + age if settings.ahead > 0.0 else 0.0
         model_ahead(signal, settings.rate_scale, nominal, attitude, turning, seen[k], ahead[k], horizon)
         for i in range(states.shape[1]):
             states[k, i] = state[i]
@@ -142,7 +143,7 @@ def close_loop(
         if not (np.isfinite(u[0]) and np.isfinite(u[1]) and np.isfinite(u[2])):
             return Progress(k, NO_TORQUE)
         row = log[k]
-        row.saturated = ask(drive, u, attitude, plant.ctrl)
+        row.saturated = ask(drive, u, attitude, turning, age, plant.ctrl)
         record(row, signal, command, motor_torque(motors.motors, plant.ctrl), motors.condition)
         if measured.perfect < 0.5:
             record_truth(row, q, rate, desired[k])
@@ -150,7 +151,7 @@ def close_loop(
             for i in range(3):
                 plant.applied[i] = disturbance[step, i]
             if motors.perfect < 0.5:
-                make(drive, (p[0], p[1], p[2], p[3]), plant.ctrl, plant.applied)
+                make(drive, (p[0], p[1], p[2], p[3]), w, plant.ctrl, plant.applied)
                 made = motor_torque(motors.motors, plant.ctrl)
                 for i in range(3):  # the mean over the period
                     before = row.torque[i] if step > k * settings.substeps else 0.0

@@ -1,19 +1,26 @@
 """The nominal model in the form that the loop evaluates, and the torque that it needs for a reference."""
 
 from collections.abc import Callable
+from typing import Any, Protocol
 
 import mujoco
 import numpy as np
 import numpy.typing as npt
 
 from spherical_wrist.dynamics import Nominal
-from spherical_wrist.reference import Reference
 from spherical_wrist.simulation.engine import Engine
 from spherical_wrist.simulation.physics import physics_model
 from spherical_wrist.simulation.timing import Timing
 from spherical_wrist.wrist import Wrist
 
 CHUNK = 8192
+
+
+class Motion(Protocol):
+    """A reference, or what stands for one in the loop."""
+
+    def motion(self, time: npt.NDArray[np.float64]) -> npt.NDArray[Any]:
+        """See :meth:`spherical_wrist.reference.base.Reference.motion`."""
 
 
 class NominalModel:
@@ -38,7 +45,7 @@ class NominalModel:
 
 
 def nominal_torque(
-    nominal: Wrist, reference: Reference, time: npt.NDArray[np.float64], timing: Timing, engine: Engine
+    nominal: Wrist, reference: Motion, time: npt.NDArray[np.float64], timing: Timing, engine: Engine
 ) -> npt.NDArray[np.float64]:
     """Torque [N·m], (n, 3), with which the nominal wrist follows the reference exactly at ``time`` [s], (n,)."""
     model, torque = NominalModel(nominal, timing, engine), np.empty((len(time), 3))
@@ -47,7 +54,7 @@ def nominal_torque(
 
 
 def peak_torque(
-    nominal: Wrist, reference: Reference, timing: Timing, engine: Engine, stop: Callable[[], bool] = lambda: False
+    nominal: Wrist, reference: Motion, timing: Timing, engine: Engine, stop: Callable[[], bool] = lambda: False
 ) -> float:
     """Largest component [N·m], over axes and control instants, of the nominal torque for the reference.
 

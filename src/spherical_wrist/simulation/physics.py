@@ -42,6 +42,12 @@ def library() -> Path:
     return found[0]
 
 
+@cache
+def _pointer(name: str) -> ctypes.c_void_p:
+    """A pointer that the library keeps under a name."""
+    return ctypes.c_void_p.in_dll(ctypes.CDLL(str(library())), name)
+
+
 _WarningHandler = ctypes.CFUNCTYPE(None, ctypes.c_char_p)
 _ignore = _WarningHandler(lambda text: None)
 _silence = threading.Lock()
@@ -55,7 +61,7 @@ def warnings_kept_in_data() -> Iterator[None]:
     Otherwise it would also print them and add to a file MUJOCO_LOG.TXT in the working directory. The handler belongs to
     the whole process: the first thread that comes in replaces it, and the last one that goes out puts it back.
     """
-    handler = ctypes.c_void_p.in_dll(ctypes.CDLL(str(library())), "mju_user_warning")
+    handler = _pointer("mju_user_warning")
     with _silence:
         _silent.append(_silent[0] if _silent else handler.value)
         handler.value = ctypes.cast(_ignore, ctypes.c_void_p).value
@@ -75,7 +81,7 @@ def drop_step_timer() -> None:
     It is global to the process: afterwards ``MjData.timer`` stays at zero in every model.
     ``mujoco.set_mjcb_time(None)`` would leave the clock in place.
     """
-    ctypes.c_void_p.in_dll(ctypes.CDLL(str(library())), "mjcb_time").value = None
+    _pointer("mjcb_time").value = None
 
 
 def physics_model(wrist: Wrist, timestep: float) -> mujoco.MjModel:
@@ -92,7 +98,17 @@ def physics_model(wrist: Wrist, timestep: float) -> mujoco.MjModel:
     Raises:
         ModelError: MuJoCo refuses the model, or cannot step it.
     """
-    spec = wrist.spec.copy()
+    model = loop_model(wrist.spec.copy(), timestep)
+    try_step(model, mujoco.MjData(model))
+    return model
+
+
+def loop_model(spec: mujoco.MjSpec, timestep: float) -> mujoco.MjModel:
+    """See :func:`physics_model`; the description is changed, and the model not tried yet.
+
+    Raises:
+        ModelError: MuJoCo refuses the model.
+    """
     spec.compiler.discardvisual = True
     spec.compiler.fusestatic = True
     spec.option.timestep = timestep
@@ -100,7 +116,13 @@ def physics_model(wrist: Wrist, timestep: float) -> mujoco.MjModel:
         model = spec.compile()
     except (ValueError, mujoco.FatalError):  # inertia that must come from geometry, all of it visual
         spec.compiler.discardvisual = False
-        model = spec.compile()
+        model = _compiled(spec)
+    switch_off(model)
+    return model
+
+
+def switch_off(model: mujoco.MjModel) -> None:
+    """Disables the stages of a step that a model has nothing for, and the silent reset of a state that went bad."""
     off = mujoco.mjtDisableBit
     model.opt.disableflags |= off.mjDSBL_SENSOR | off.mjDSBL_AUTORESET
     touching = bool(model.npair or any(model.geom_contype | model.geom_conaffinity))
@@ -108,9 +130,22 @@ def physics_model(wrist: Wrist, timestep: float) -> mujoco.MjModel:
         model.opt.disableflags |= off.mjDSBL_CONTACT
     if not (touching or model.neq or model.ntendon or any(model.jnt_limited) or any(model.dof_frictionloss > 0.0)):
         model.opt.disableflags |= off.mjDSBL_CONSTRAINT
+
+
+def _compiled(spec: mujoco.MjSpec) -> mujoco.MjModel:
     try:
-        # an error raises here; inside compiled code it would end the process
-        mujoco.mj_step(model, mujoco.MjData(model))
+        return spec.compile()
+    except (ValueError, mujoco.FatalError) as error:
+        raise ModelError(f"MuJoCo cannot compile the wrist: {one_line(error)}") from None
+
+
+def try_step(model: mujoco.MjModel, data: mujoco.MjData) -> None:
+    """Steps a model once through the bindings, where an error raises: inside compiled code it would end the process.
+
+    Raises:
+        ModelError: MuJoCo cannot step it.
+    """
+    try:
+        mujoco.mj_step(model, data)
     except mujoco.FatalError as error:
         raise ModelError(f"MuJoCo cannot step the wrist: {one_line(error)}") from None
-    return model

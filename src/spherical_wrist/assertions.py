@@ -1,0 +1,149 @@
+"""Assertions for tests: that a law keeps to an error bound on a whole family of perturbed wrists.
+
+In a test of your own::
+
+    from spherical_wrist.assertions import RandomWrists, WristGrid, assert_tracks
+
+    def test_my_law_is_precise_enough_for_coronaries():
+        assert_tracks("my_law.py:MyLaw", max_tip_error_mm=0.1)
+
+    def test_it_carries_a_needle():
+        family = WristGrid(payload=(0.0, 0.005, 0.01), disturbance=(0.0,))
+        results = assert_tracks("computed_torque_observer", rms_error_rad=1e-3, family=family)
+        assert max(result.metrics.peak_torque_Nm for result in results) < 0.1
+
+    def test_it_does_so_with_real_sensors():
+        family = RandomWrists(samples=10, seed=7)
+        assert_tracks("slotine_li", max_error_rad=0.01, family=family, experiment={"sensing": "realistic"})
+
+Where it fails, the message has the worst wrist of the family and the command that replays it. To see every wrist as a
+test of its own::
+
+    @pytest.mark.parametrize("experiment", WristGrid().experiments(Experiment(law="pd")), ids=command_of)
+    def test_pd_stays_upright(experiment):
+        assert simulate(experiment).outcome.status == "completed"
+"""
+
+from collections.abc import Mapping
+from math import inf, isfinite
+from typing import Any, NamedTuple
+
+from spherical_wrist.comparison.family import RandomWrists, WristFamily, WristGrid
+from spherical_wrist.comparison.threads import Simulate, in_threads
+from spherical_wrist.control import Law
+from spherical_wrist.errors import ParameterError, WristError
+from spherical_wrist.experiment.command import command_of, law_address
+from spherical_wrist.experiment.description import Experiment
+from spherical_wrist.metrics import Metrics
+from spherical_wrist.simulation.outcome import Outcome, Status
+
+__all__ = ["RandomWrists", "Tracked", "WristFamily", "WristGrid", "assert_tracks", "command_of"]
+
+
+class Tracked(NamedTuple):
+    """One wrist of a family, simulated.
+
+    Attributes:
+        experiment: what was run.
+        outcome: how the run ended.
+        metrics: how well it tracked.
+    """
+
+    experiment: Experiment
+    outcome: Outcome
+    metrics: Metrics
+
+    def excess(self, bounds: Mapping[str, float]) -> float:
+        """The largest of the figures as a multiple of its bound; infinite where the run did not complete."""
+        if self.outcome.status is not Status.COMPLETED:
+            return inf
+        figures = ((getattr(self.metrics, name), bound) for name, bound in bounds.items())
+        return max(inf if figure is None else figure / bound for figure, bound in figures)
+
+
+def assert_tracks(
+    law: Law | type[Law] | str | Mapping[str, Any],
+    *,
+    max_tip_error_mm: float | None = None,
+    rms_error_rad: float | None = None,
+    max_error_rad: float | None = None,
+    family: WristFamily | None = None,
+    experiment: Experiment | Mapping[str, Any] | None = None,
+    jobs: int | None = None,
+) -> list[Tracked]:
+    """Asserts that a law completes every run of a family, within all of the bounds that are given.
+
+    Args:
+        law: a name, ``path/to/file.py:Name``, a table of a name and parameters, an instance, or a class, which may be
+            one of the test file itself.
+        max_tip_error_mm: bound on the largest tip error in the steady window; see
+            :class:`spherical_wrist.metrics.Metrics` for this and what follows.
+        rms_error_rad: bound on the RMS attitude error.
+        max_error_rad: bound on the largest attitude error.
+        family: the wrists; ``WristGrid()`` where none is given.
+        experiment: everything else, as an experiment or as values of its parameters; its law is not used.
+        jobs: runs at a time; None for as many as there are cores. The results do not depend on it.
+
+    Returns:
+        Every run, in the order of the family.
+
+    Raises:
+        AssertionError: a run exceeds a bound or does not complete. The message says which law missed which bound on how
+            many wrists, and has the worst one with its figures and the command that replays it.
+        WristError: what is given is not valid, or the law raises.
+    """
+    __tracebackhide__ = True  # pytest shows the line that called
+    given = {"max_tip_error_mm": max_tip_error_mm, "rms_error_rad": rms_error_rad, "max_error_rad": max_error_rad}
+    bounds = {name: float(bound) for name, bound in given.items() if bound is not None}
+    for name, bound in bounds.items():
+        if not (bound > 0.0 and isfinite(bound)):
+            raise ParameterError(f"{name} = {bound}: a bound must be a number greater than 0")
+    if not bounds:
+        raise ParameterError(f"a bound is needed: one or more of {', '.join(given)}")
+    chosen = law() if isinstance(law, type) else law
+    values = dict(experiment) if experiment is not None else {}
+    wrists = family if family is not None else WristGrid()
+    work = wrists.experiments(Experiment(**{**values, "law": chosen}))
+    results = in_threads(_run, work, jobs)
+    missed = [result for result in results if result.excess(bounds) > 1.0]
+    if missed:
+        # of runs that diverged, the one that did so first
+        worst = max(missed, key=lambda result: (result.excess(bounds), -result.outcome.time))
+        raise AssertionError(_complaint(worst, len(missed), len(results), bounds, wrists))
+    return results
+
+
+def _run(experiment: Experiment, simulate: Simulate) -> Tracked:
+    run = simulate(experiment, False)
+    return Tracked(experiment, run.outcome, run.metrics)
+
+
+def _complaint(worst: Tracked, missed: int, total: int, bounds: Mapping[str, float], family: WristFamily) -> str:
+    wanted = " and ".join(f"{name} ≤ {bound:g}" for name, bound in bounds.items())
+    if worst.outcome.status is Status.COMPLETED:
+        figures = ((name, getattr(worst.metrics, name), bound) for name, bound in bounds.items())
+        found = ", ".join(
+            f"{name} = {figure:.4g} ({figure / bound:.3g} × the bound)" for name, figure, bound in figures
+        )
+    else:
+        found = str(worst.outcome)
+    values = ", ".join(f"{name}={value!r}" for name, value in family)
+    return "\n".join(
+        (
+            f"{worst.experiment.law.name} misses {wanted} on {missed} of {total} wrists",
+            f"  worst:  {found}",
+            f"  replay: {_replay(worst.experiment)}",
+            f"  seed:   {worst.experiment.seed}",
+            f"  family: {type(family).__name__}({values})",
+        )
+    )
+
+
+def _replay(experiment: Experiment) -> str:
+    """The command that replays an experiment, or what stands in the way of one."""
+    law = type(experiment.law)
+    try:
+        Law.member(law_address(law))  # the file of a test may need what only pytest gives it
+        return command_of(experiment)
+    except WristError as error:
+        return f"{command_of(experiment, law=f'FILE.py:{law.__name__}')}\n          {error}"

@@ -1,0 +1,107 @@
+"""A batch of episodes, from their ids to the bytes of their file: what a worker does."""
+
+import threading
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from functools import lru_cache
+from typing import Any
+
+from spherical_wrist.campaign.description import Campaign
+from spherical_wrist.campaign.digest import digest_of, version_differences
+from spherical_wrist.campaign.episode import Episode
+from spherical_wrist.campaign.errors import CampaignError
+from spherical_wrist.campaign.store import METRICS, Batch, encoded
+from spherical_wrist.errors import LawError, WristError, one_line
+from spherical_wrist.experiment.simulate import measured
+from spherical_wrist.simulation.workbench import Workbench
+
+FAILED, INVALID = "failed", "invalid"
+
+ARRAYS = 64
+"""Sampled motions that a thread keeps, 40 MB at most: laws and samples share them, for episodes of up to a minute."""
+
+
+def run_batch(text: str, digest: str, batch: Batch, expected: Mapping[str, str]) -> bytes:
+    """Runs the episodes of a batch, one after the other, and returns their rows as a Parquet file.
+
+    Args:
+        text: the campaign as JSON.
+        digest: its digest, for the file.
+        batch: which episodes.
+        expected: versions of packages and platform that the results must come from.
+
+    Raises:
+        CampaignError: this process has other versions, or an episode raised what it should not.
+    """
+    other = version_differences(expected)
+    if other:
+        raise CampaignError(f"a worker has {other}: give all workers the versions of this command")
+    try:
+        prepared = _prepared(text, digest)
+    except WristError as error:
+        raise CampaignError(f"a worker cannot take up the campaign: {error}") from None
+    campaign = prepared.campaign
+    with prepared.bench() as bench:
+        rows = [run_episode(episode, bench) for episode in campaign.episodes(batch.first, batch.last)]
+    return encoded(campaign, digest, expected, rows)
+
+
+def run_episode(episode: Episode, bench: Workbench) -> dict[str, Any]:
+    """Simulates one episode on a bench of this thread; its row of the table.
+
+    Raises:
+        CampaignError: something went wrong that is neither the law's fault nor the experiment's.
+    """
+    row: dict[str, Any] = {"id": episode.id, "sample": episode.sample, "law": episode.law, "seed": episode.seed}
+    row |= {name: value for name, value in episode.values.items() if name != "seed"}
+    try:
+        run = measured(episode.experiment(), bench)
+    except LawError as error:
+        return {**row, **_ended(FAILED, 0.0, str(error))}
+    except WristError as error:
+        return {**row, **_ended(INVALID, 0.0, str(error))}
+    except Exception as error:
+        told = f"{type(error).__name__}: {one_line(error)}"
+        raise CampaignError(f"episode {episode.id} raised {told} (--replay {episode.id} runs it alone)") from error
+    return {**row, **_ended(str(run.outcome.status), run.outcome.time, run.outcome.reason), **vars(run.metrics)}
+
+
+def _ended(outcome: str, time: float, reason: str) -> dict[str, Any]:
+    return {"outcome": outcome, "ended_at_s": time, "reason": reason, **dict.fromkeys(METRICS)}
+
+
+class Prepared:
+    """A campaign as this process runs it, with benches that its threads take and give back."""
+
+    def __init__(self, campaign: Campaign) -> None:
+        self.campaign = campaign
+        self._idle: list[Workbench] = []
+
+    @contextmanager
+    def bench(self) -> Iterator[Workbench]:
+        """A bench for one thread."""
+        try:
+            bench = self._idle.pop()
+        except IndexError:
+            bench = Workbench(arrays=ARRAYS)
+        try:
+            yield bench
+        finally:
+            self._idle.append(bench)
+
+
+_preparing = threading.Lock()
+"""Two threads that load one law's file at the same time would get two laws."""
+
+
+def _prepared(text: str, digest: str) -> Prepared:
+    with _preparing:
+        return _prepare(text, digest)
+
+
+@lru_cache(maxsize=1)
+def _prepare(text: str, digest: str) -> Prepared:
+    campaign = Campaign.from_json(text)
+    if digest_of(campaign) != digest:
+        raise CampaignError("the files of a law, a model or a motion are not those of the command")
+    return Prepared(campaign)

@@ -1,0 +1,204 @@
+"""Where batches are run: threads of this process, processes of this machine, a cluster. The only room that knows Dask.
+
+Dask is the queue, the pool and the protocol. On this machine it listens on the loopback interface only; without worker
+processes, nothing but its status page listens at all.
+"""
+
+import logging
+import os
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import CancelledError
+from contextlib import ExitStack, contextmanager
+from itertools import islice
+from pathlib import Path
+from typing import Any, NamedTuple, TypeVar
+
+import dask
+from distributed import Client, KilledWorker, LocalCluster, as_completed
+from distributed.comm.core import CommClosedError
+from distributed.security import Security
+
+from spherical_wrist.campaign.errors import CampaignError
+from spherical_wrist.errors import ParameterError, one_line
+
+Task = TypeVar("Task")
+Result = TypeVar("Result")
+
+THREADS_OF_A_WORKER = 4
+"""Threads beyond which the Python between two loops, one thread at a time, would hold them up."""
+
+LOOPBACK = "127.0.0.1"
+
+ALLOWED_FAILURES = 10
+"""Workers of this machine that may die over one task before it is given up."""
+
+CLOSING = 5.0
+"""Seconds that a cluster is given to end."""
+
+
+class Tls(NamedTuple):
+    """Files of a connection by TLS, PEM.
+
+    Attributes:
+        ca: certificate of the authority that signed those of scheduler and workers.
+        cert: certificate of this end.
+        key: its key.
+    """
+
+    ca: Path
+    cert: Path
+    key: Path
+
+
+class Cluster(NamedTuple):
+    """Where to run.
+
+    Attributes:
+        scheduler: address of a Dask scheduler (tcp://host:port, tls://host:port) or path of its scheduler file; None
+            for this machine.
+        workers: worker processes on this machine; 0 for the threads of this process; None for what suits it.
+        threads: threads of each, None for what suits the machine.
+        tls: files for tls:// addresses; without them, Dask's own configuration says which.
+    """
+
+    scheduler: str | None = None
+    workers: int | None = None
+    threads: int | None = None
+    tls: Tls | None = None
+
+    def shape(self) -> tuple[int, int]:
+        """Worker processes on this machine, and threads of each."""
+        cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+        workers = self.workers
+        if workers is None:
+            wanted = self.threads or min(cores, THREADS_OF_A_WORKER)
+            workers = 0 if wanted >= cores or self.threads else -(-cores // wanted)
+        return workers, self.threads or max(1, min(-(-cores // max(workers, 1)), cores))
+
+
+@contextmanager
+def connected(cluster: Cluster) -> Iterator[Client]:
+    """A client of the cluster; what was started for it ends with it.
+
+    Raises:
+        ParameterError: the address or the TLS files cannot be used.
+        CampaignError: nobody answers at the address.
+    """
+    with _quiet(), ExitStack() as stack:
+        if cluster.scheduler is None:
+            client = Client(stack.enter_context(_local(*cluster.shape())), set_as_default=False)
+        else:
+            client = _remote(cluster.scheduler, cluster.tls)
+        stack.callback(client.close, timeout=CLOSING)
+        yield client
+
+
+def run_all(
+    client: Client, function: Callable[..., Result], tasks: Iterable[Task], arguments: Callable[[Task], tuple[Any, ...]]
+) -> Iterator[tuple[Task, Result]]:
+    """Runs a function on every task and yields each with its result as soon as it is there, in any order.
+
+    A few tasks for each thread are under way at any time, so that neither tasks nor results pile up. What a worker that
+    dies leaves undone is given to another.
+
+    Args:
+        client: of the cluster.
+        function: what to run; importable on the workers.
+        tasks: anything.
+        arguments: what the function is called with for a task.
+
+    Raises:
+        CampaignError: the scheduler has gone, or a task ended every worker that tried it.
+        WristError: the function raised it.
+    """
+    rest = iter(tasks)
+    running: dict[Any, Task] = {}
+
+    def submitted(count: int) -> list[Any]:
+        fresh = {client.submit(function, *arguments(task), pure=False): task for task in islice(rest, max(count, 0))}
+        running.update(fresh)
+        return list(fresh)
+
+    try:
+        done = as_completed(submitted(_ahead(client)), loop=client.loop)
+        for future in done:
+            task, result = running.pop(future), future.result()
+            done.update(submitted(_ahead(client) - len(running)))
+            yield task, result
+    except KilledWorker as error:
+        raise CampaignError(f"a task ended all of {error.allowed_failures + 1} workers that tried it") from None
+    except (CancelledError, CommClosedError):
+        raise CampaignError("the connection to the scheduler is lost") from None
+
+
+def _ahead(client: Client) -> int:
+    """Tasks to have under way: one for each thread, and one for it to go on with."""
+    threads: dict[str, int] = client.nthreads()
+    return max(2 * sum(threads.values()), 2)
+
+
+@contextmanager
+def _local(workers: int, threads: int) -> Iterator[LocalCluster]:
+    """Threads of this process where ``workers`` is 0; worker processes otherwise."""
+    settings = {
+        "distributed.scheduler.http.routes": [],
+        "distributed.worker.http.routes": [],
+        "distributed.worker.profile.enabled": False,  # would stop the threads a hundred times a second to look at them
+        "distributed.scheduler.allowed-failures": ALLOWED_FAILURES,
+        "distributed.admin.log-length": 10,  # of messages and transitions that nobody asks for
+        "distributed.admin.low-level-log-length": 10,
+        "distributed.diagnostics.computations.max-history": 1,
+    }
+    with dask.config.set(settings):
+        cluster = LocalCluster(
+            n_workers=workers or 1,
+            threads_per_worker=threads,
+            processes=workers > 0,
+            protocol="tcp://" if workers else "inproc://",
+            host=LOOPBACK if workers else None,
+            dashboard_address=f"{LOOPBACK}:0",
+            worker_dashboard_address=f"{LOOPBACK}:0",
+            memory_limit=0,
+            silence_logs=logging.CRITICAL,
+        )
+    try:
+        yield cluster
+    finally:
+        cluster.close(timeout=CLOSING)
+
+
+def _remote(address: str, tls: Tls | None) -> Client:
+    if tls is not None and not address.startswith("tls://"):
+        raise ParameterError(f"--scheduler {address}: with TLS files, an address that begins with tls:// is needed")
+    if ":" not in address and not Path(address).is_file():
+        raise ParameterError(f"--scheduler {address!r}: no such scheduler file; give it, or tcp://host:port")
+    where = {"scheduler_file": address} if Path(address).is_file() else {"address": address}
+    security = _security(tls) if address.startswith("tls://") else None
+    try:
+        return Client(**where, security=security, set_as_default=False)
+    except (OSError, ValueError, TypeError) as error:
+        raise CampaignError(f"no scheduler can be reached at {address}: {one_line(error)}") from None
+
+
+def _security(tls: Tls | None) -> Security:
+    if tls is None:
+        return Security(require_encryption=True)  # files from Dask's own configuration
+    for file in tls:
+        if not file.is_file():
+            raise ParameterError(f"TLS file {str(file)!r}: no such file")
+    files = {"tls_ca_file": str(tls.ca), "tls_client_cert": str(tls.cert), "tls_client_key": str(tls.key)}
+    return Security(require_encryption=True, **files)
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """Dask logs a page where a worker or a scheduler dies; what matters of it is said in one line, here."""
+    names = [name for name in logging.root.manager.loggerDict if name.split(".")[0] == "distributed"]
+    before = {name: logging.getLogger(name).level for name in names}
+    for name in names:
+        logging.getLogger(name).setLevel(logging.CRITICAL)
+    try:
+        yield
+    finally:
+        for name, level in before.items():
+            logging.getLogger(name).setLevel(level)

@@ -1,0 +1,96 @@
+"""Runs what is left of a campaign and stores it, batch by batch."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from spherical_wrist.campaign.batch import run_batch
+from spherical_wrist.campaign.cluster import Cluster, connected, run_all
+from spherical_wrist.campaign.description import Campaign
+from spherical_wrist.campaign.digest import versions_here
+from spherical_wrist.campaign.errors import CampaignError
+from spherical_wrist.campaign.folder import Folder
+from spherical_wrist.campaign.rehearsal import rehearse
+from spherical_wrist.errors import RecordingError
+from spherical_wrist.files import write_whole
+
+
+class Listener(NamedTuple):
+    """Who is told how a sweep goes.
+
+    Attributes:
+        progress: called with the number of episodes stored so far and of all.
+        warn: called with a line about a file that is not trusted.
+    """
+
+    progress: Callable[[int, int], None] = lambda done, size: None
+    warn: Callable[[str], None] = lambda text: None
+
+
+def rehearsed(file: Path) -> Campaign:
+    """The campaign in a file, checked as far as that is possible before the first episode.
+
+    Raises:
+        WristError: it is not valid.
+    """
+    campaign = Campaign.from_toml(file)
+    rehearse(campaign)
+    return campaign
+
+
+def resume(path: Path, *, anyway: bool = False, file: Path | None = None) -> Folder:
+    """The campaign in a folder, whose lock the caller holds, to go on with.
+
+    Args:
+        path: the folder.
+        anyway: go on with other versions of packages.
+        file: the campaign file, to check that it is the same campaign.
+
+    Raises:
+        CampaignError: there is none, or it has changed.
+    """
+    folder = Folder.open(path)
+    if file is not None and Campaign.from_toml(file).resolved() != folder.campaign:
+        raise CampaignError(f"{str(path)!r} holds another campaign than {str(file)!r}: give another folder with -o")
+    folder.check_unchanged(versions=not anyway)
+    folder.tidy()
+    return folder
+
+
+def sweep(folder: Folder, cluster: Cluster, listener: Listener) -> int:
+    """Runs every batch that is not stored yet; the number of episodes that were run. The caller holds the lock.
+
+    Raises:
+        CampaignError: the scheduler or the disk stopped it; what is stored stays, and the campaign can be resumed.
+        WristError: an episode raised it.
+    """
+    files = folder.files
+    there, odd = files.survey()
+    for text in odd:
+        listener.warn(f"not trusted, and run again where it belongs to the campaign: {text}")
+    left = [number for number in range(files.count) if number not in there]
+    done = folder.campaign.size - sum(_length(files.batch(number)) for number in left)
+    ran = 0
+    listener.progress(done, folder.campaign.size)
+    if not left:
+        return ran
+    text, versions = folder.campaign.to_json(), dict(versions_here())
+
+    def arguments(batch: Any) -> tuple[Any, ...]:
+        return text, folder.digest, batch, versions
+
+    try:
+        with connected(cluster) as client:
+            for batch, content in run_all(client, run_batch, map(files.batch, left), arguments):
+                write_whole(files.path(batch), content, "episodes")
+                ran += _length(batch)
+                listener.progress(done + ran, folder.campaign.size)
+    except (CampaignError, RecordingError) as error:
+        raise CampaignError(
+            f"{error}; nothing stored is lost, go on with: wrist sweep {folder.path} --resume"
+        ) from None
+    return ran
+
+
+def _length(batch: Any) -> int:
+    return int(batch.last - batch.first)

@@ -1,0 +1,152 @@
+"""The cases that laws are compared on: the default suite, and suites from a user's own file."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from spherical_wrist.actuation import Realistic as RealisticMotor
+from spherical_wrist.errors import ParameterError, UnknownNameError, WristError
+from spherical_wrist.experiment.description import Experiment, read_toml, with_changes
+from spherical_wrist.experiment.presets import HARDWARE
+from spherical_wrist.sensing import Realistic as RealisticSensing
+
+IDEAL, FAULTY = "ideal hardware", "non-ideal hardware"
+
+
+class Case(NamedTuple):
+    """One thing that a law has to cope with.
+
+    Attributes:
+        name: short, fit for a file name.
+        meaning: in a sentence.
+        changes: parameters of the experiment by dotted name, see ``with_changes``; the rest is as everywhere.
+    """
+
+    name: str
+    meaning: str
+    changes: Mapping[str, Any]
+
+    def experiment(self, tables: Mapping[str, Any], changes: Mapping[str, Any]) -> Experiment:
+        """The experiment of this case.
+
+        Args:
+            tables: the experiment that the case changes, as plain tables.
+            changes: what takes the place of both, by dotted name.
+
+        Raises:
+            WristError: what the case says is not valid.
+        """
+        try:
+            return Experiment(**with_changes(with_changes(tables, self.changes), changes))
+        except WristError as error:
+            raise ParameterError(f"case {self.name!r}: {error}") from None
+
+
+def group_of(experiment: Experiment) -> str:
+    """``IDEAL`` where sensors and motors are perfect and the joint has no dry friction, ``FAULTY`` otherwise."""
+    perfect = experiment.sensing.perfect and experiment.actuation.perfect and not experiment.friction
+    return IDEAL if perfect else FAULTY
+
+
+def _hold_off(shape: str, size: str) -> list[Case]:
+    masses = (("light", 0.75), ("right", 1.0), ("heavy", 1.25))
+    changes = {"disturbance.name": shape, "disturbance.level": 0.25, "disturbance.amplitude": None}
+    return [
+        Case(f"{shape}-{word}", f"{size} of 25 %, plant mass × {mass:g}", {**changes, "mass_scale": mass})
+        for word, mass in masses
+    ]
+
+
+_sensors, _motors = RealisticSensing(), RealisticMotor()
+
+DEFAULT: tuple[Case, ...] = (
+    *_hold_off("constant", "constant disturbance"),
+    *_hold_off("sinusoid", "sinusoidal disturbance (1 Hz)"),
+    Case("attitude-noise", "attitude noise of 1 arc minute", {"sensing.attitude_noise": _sensors.attitude_noise}),
+    Case("attitude-steps", "attitude in steps of 16 bits a turn",
+         {"sensing.attitude_quantum": _sensors.attitude_quantum}),
+    Case("rate-noise", "noise and bias of a MEMS gyroscope",
+         {"sensing.rate_noise": _sensors.rate_noise, "sensing.rate_bias": _sensors.rate_bias}),
+    Case("rate-estimated", "no rate sensor: the rate from attitude samples", {"sensing.rate": "estimated"}),
+    Case("delay-1ms", "samples 1 ms old", {"sensing.delay": 1e-3}),
+    Case("delay-1.5ms", "samples 1.5 ms old", {"sensing.delay": 1.5e-3}),
+    Case("lost-samples", "5 % of the samples lost", {"sensing.loss": 0.05}),
+    Case("slow-motors", "torque in steps of 12 bits, lagging by 0.5 ms",
+         {"actuation.torque_quantum": _motors.torque_quantum, "actuation.lag": _motors.lag}),
+    Case("friction", "dry friction in the bearing", {"friction": HARDWARE["realistic"]["friction"]}),
+    Case("cogging", "cogging of 1 % of the largest torque", {"actuation.cogging": _motors.cogging}),
+    Case("spherical-motor", "24 coils, their currents in least norm", {"actuation.name": "spherical_motor"}),
+    Case("failed-coil", "one of the 24 coils fails, and nobody knows",
+         {"actuation.name": "spherical_motor", "actuation.failed": [0]}),
+    Case("realistic", "all of these faults, on the reference of the experiment", HARDWARE["realistic"]),
+    Case("realistic-heart", "all of these faults, on a beating heart",
+         {**HARDWARE["realistic"], "reference": "beating_heart"}),
+    Case("realistic-suture", "all of these faults, on needle drives",
+         {**HARDWARE["realistic"], "reference": "suture"}),
+)  # fmt: skip
+"""The default suite. Sizes of single faults are those of the realistic hardware, where they are not said."""
+
+OWN = ("name", "meaning")
+"""Keys of a case that are no parameters of the experiment."""
+
+
+def select(cases: tuple[Case, ...], names: list[str]) -> tuple[Case, ...]:
+    """The cases with these names, in the order of the names; all of them where no name is given.
+
+    Raises:
+        UnknownNameError: there is no case of a name.
+    """
+    known = {case.name: case for case in cases}
+    for name in names:
+        if name not in known:
+            raise UnknownNameError("case", name, known)
+    return tuple(known[name] for name in dict.fromkeys(names)) or cases
+
+
+def read_cases(path: Path) -> tuple[Case, ...]:
+    """A suite from a TOML file: tables ``[[case]]``, each with a ``name`` and any parameters of an experiment.
+
+    For example::
+
+        [[case]]
+        name = "heavy and late"
+        meaning = "half as heavy again, samples 2 ms old"   # may be left out
+        mass_scale = 1.5
+        sensing.delay = 0.002
+
+    Raises:
+        ParameterError: the file cannot be read, or is no suite.
+    """
+    tables = read_toml(path)
+    given = tables.get("case")
+    where = f"cases {str(path)!r}"
+    if set(tables) != {"case"} or not isinstance(given, list) or not all(isinstance(entry, dict) for entry in given):
+        raise ParameterError(f"{where}: tables [[case]] and nothing else are needed, each with a name and parameters")
+    cases = tuple(_case(entry, f"{where}, case {number}") for number, entry in enumerate(given, start=1))
+    names = [case.name for case in cases]
+    for name in names:
+        if names.count(name) > 1:
+            raise ParameterError(f"{where}: two cases are called {name!r}")
+    return cases
+
+
+def _case(table: dict[str, Any], where: str) -> Case:
+    name = table.get("name")
+    if not isinstance(name, str) or not name.strip():
+        raise ParameterError(f"{where}: a name is needed, such as name = 'heavy'")
+    if "law" in table:
+        raise ParameterError(f"{where} ({name!r}): a case says nothing about the law; give laws with --law")
+    changes = _dotted({key: value for key, value in table.items() if key not in OWN})
+    return Case(name, str(table.get("meaning", "")), changes)
+
+
+def _dotted(table: Mapping[str, Any]) -> dict[str, Any]:
+    """Nested tables by dotted name, the name of a part before its parameters, which belong to it."""
+    flat: dict[str, Any] = {}
+    for key, value in table.items():
+        if isinstance(value, Mapping):
+            named = sorted(value.items(), key=lambda item: item[0] != "name")
+            flat.update({f"{key}.{parameter}": inner for parameter, inner in named})
+        else:
+            flat[key] = value
+    return flat

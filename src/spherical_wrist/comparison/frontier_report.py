@@ -1,0 +1,95 @@
+"""A frontier as plain tables for JSON.
+
+The JSON object has these keys, which stay as they are:
+
+===============  ====================================================================================================
+``bound_mm``     the bound on the tip error
+``tolerance``    of the crossings, relative
+``axes``         ``axis`` (name), ``meaning``, ``parameter``, ``unit``, ``nominal``, ``limit``
+``laws``         those that hold furthest first: ``law`` (label), ``name``, ``parameters``, and by axis ``edges``:
+                 ``found`` (``crossing``, ``never within the limit``, ``misses already at the nominal``), ``holds`` and
+                 ``misses`` (values of the parameter, null where there is none), ``tested`` (how many runs), ``command``
+                 (replays the first miss, or the run at the limit)
+``versions``     of the packages and the platform
+``files``        names of the files written
+``wall_time_s``  time that all runs took
+===============  ====================================================================================================
+"""
+
+from collections.abc import Sequence
+from typing import Any
+
+from spherical_wrist.comparison.contestants import Laws
+from spherical_wrist.comparison.crossing import Found
+from spherical_wrist.comparison.frontier import Axis, Edge
+from spherical_wrist.comparison.ranking import ranks
+from spherical_wrist.errors import ParameterError
+from spherical_wrist.experiment.command import command_of
+from spherical_wrist.experiment.run import versions
+
+
+def told(
+    edges: Sequence[Edge], laws: Laws, axes: Sequence[Axis], bound: float, tolerance: float, wall_time: float
+) -> dict[str, Any]:
+    """The frontier as the object that is described above."""
+    by_law = {law: [edge for edge in edges if edge.law == law] for law in laws}
+    return {
+        "bound_mm": bound,
+        "tolerance": tolerance,
+        "axes": [
+            {
+                "axis": axis.name,
+                "meaning": axis.meaning,
+                "parameter": axis.parameter,
+                "unit": axis.unit,
+                "nominal": axis.nominal,
+                "limit": axis.value(axis.limit),
+            }
+            for axis in axes
+        ],
+        "laws": [
+            {
+                "law": law,
+                "name": laws[law].name,
+                "parameters": {
+                    name: value for name, value in laws[law].model_dump(mode="json").items() if name != "name"
+                },
+                "edges": {edge.axis.name: _edge(edge) for edge in by_law[law]},
+            }
+            for law in order(edges, laws, axes)
+        ],
+        "versions": versions(),
+        "files": [],
+        "wall_time_s": wall_time,
+    }
+
+
+def order(edges: Sequence[Edge], laws: Laws, axes: Sequence[Axis]) -> list[str]:
+    """Labels of the laws by their mean rank over the axes, on each of which the one that holds furthest is first."""
+    total = dict.fromkeys(laws, 0)
+    for axis in axes:
+        places = ranks({edge.law: _reach(edge) for edge in edges if edge.axis.name == axis.name})
+        for law, place in places.items():
+            total[law] += place
+    return sorted(total, key=lambda law: total[law])
+
+
+def _reach(edge: Edge) -> float | None:
+    """Less the further a law holds the bound; None where it never does."""
+    if edge.crossing.found is Found.NOMINAL:
+        return None
+    return float("-inf") if edge.misses is None else -edge.misses
+
+
+def _edge(edge: Edge) -> dict[str, Any]:
+    try:
+        command = command_of(edge.experiment)
+    except ParameterError:  # a law that only lives in the program that called
+        command = None
+    return {
+        "found": str(edge.crossing.found),
+        "holds": edge.holds,
+        "misses": edge.misses,
+        "tested": len(edge.crossing.tested),
+        "command": command,
+    }

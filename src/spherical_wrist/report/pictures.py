@@ -1,0 +1,199 @@
+"""Pictures for a page, as SVG that stands in it and takes the page's colour and font: readable in light and in dark."""
+
+import io
+import re
+from collections.abc import Mapping, Sequence
+from math import isinf, nan
+from typing import Any, NamedTuple
+
+import matplotlib as mpl
+from matplotlib.axes import Axes
+from matplotlib.axis import Axis
+from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter
+
+COLOURS = ("#2f8fd0", "#e0731a", "#2aa876", "#c55fa3", "#8a7be0", "#a8952a", "#d65454", "#7f8c97")
+"""Of laws, in their order; all of them legible on white and on black. Further ones are dashed."""
+DASHES = ("-", "--", ":", "-.")
+INK, LINE = "#010203", "#020304"
+"""Stand for the page's own colour of text and of lines."""
+WIDTH, HEIGHT = 4.4, 3.0
+MOST_BARS = 14
+STYLE: Any = {
+    "font.size": 9.5,
+    "font.family": "sans-serif",
+    "svg.fonttype": "none",
+    "svg.hashsalt": "spherical-wrist",
+    "axes.grid": True,
+    "grid.color": LINE,
+    "grid.linewidth": 0.7,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "lines.linewidth": 1.5,
+    **dict.fromkeys(("text.color", "axes.labelcolor", "axes.edgecolor", "xtick.color", "ytick.color"), INK),
+}
+
+
+class Picture(NamedTuple):
+    """A picture.
+
+    Attributes:
+        svg: an element that stands in HTML.
+        caption: what it shows, in a sentence.
+    """
+
+    svg: str
+    caption: str
+
+
+def look(position: int) -> tuple[str, str]:
+    """Colour and dash of a law by its position."""
+    return COLOURS[position % len(COLOURS)], DASHES[position // len(COLOURS) % len(DASHES)]
+
+
+def distribution(curves: Mapping[str, Sequence[tuple[float, float]]], label: str, caption: str) -> Picture:
+    """Shares of episodes up to each value, by law, on a logarithmic axis."""
+    drawing, panel = _new()
+    for position, points in enumerate(curves.values()):
+        colour, dash = look(position)
+        shown = [(x, y) for x, y in points if x > 0.0]
+        panel.plot(*_columns(shown), drawstyle="steps-post", color=colour, linestyle=dash)
+    panel.set(xscale="log", xlabel=label, ylabel="share of episodes up to it", ylim=(-0.02, 1.02))
+    return _finished(drawing, caption)
+
+
+def exceedance(curves: Mapping[str, Sequence[tuple[float, float]]], label: str, bound: float, caption: str) -> Picture:
+    """Shares of episodes above each value, by law, on logarithmic axes, with a bound."""
+    drawing, panel = _new()
+    for position, points in enumerate(curves.values()):
+        colour, dash = look(position)
+        shown = [(x, 1.0 - y) for x, y in points if x > 0.0 and y < 1.0]
+        panel.plot(*_columns(shown), drawstyle="steps-post", color=colour, linestyle=dash)
+    panel.axvline(bound, color=INK, linewidth=1.0, linestyle="--")
+    panel.annotate(
+        f" {bound:g} mm", (bound, 1.0), xycoords=("data", "axes fraction"), va="top", fontsize=8.5, color=INK
+    )
+    panel.set(xscale="log", xlabel=label, ylabel="share of episodes above it")
+    if any(len(points) > 1 for points in curves.values()):
+        panel.set_yscale("log")
+    panel.yaxis.set_major_formatter("{x:g}")
+    panel.yaxis.set_minor_formatter(NullFormatter())
+    return _finished(drawing, caption)
+
+
+def against_parameter(
+    bands: Mapping[str, Sequence[Mapping[str, Any]]], middles: Mapping[str, float], name: str, caption: str
+) -> Picture:
+    """Median of the error against a parameter, and the band from its 10 % to its 90 %.
+
+    Of several laws, medians and 90 % as multiples of the median of each over all, so that what is seen is what the
+    parameter does.
+    """
+    drawing, panel = _new()
+    places = _places([each["at"] for rows in bands.values() for each in rows])
+    for position, (law, rows) in enumerate(bands.items()):
+        if law not in middles:
+            continue
+        colour, dash = look(position)
+        xs = [places.get(each["at"], each["at"]) for each in rows]
+        size = middles[law] if len(bands) > 1 else 1.0
+        low, median, high = ([_drawable(each[key] / size) for each in rows] for key in ("low", "median", "high"))
+        if len(bands) == 1:
+            panel.fill_between(xs, low, high, color=colour, alpha=0.18, linewidth=0.0)
+        else:
+            panel.plot(xs, high, color=colour, linestyle=dash, linewidth=0.7)
+        marker = "o" if len(rows) <= 12 else ""
+        panel.plot(xs, median, color=colour, linestyle=dash, marker=marker, markersize=3.5)
+    panel.xaxis.set_major_locator(MaxNLocator(5))
+    panel.xaxis.set_major_formatter("{x:.4g}")
+    if not panel.lines:
+        return _finished(drawing, caption)
+    if places:
+        panel.set_xticks(list(places.values()), [_shortened(str(value)) for value in places])
+    panel.set(yscale="log", xlabel=name)
+    panel.set_ylabel("RMS error [rad]" if len(bands) == 1 else "RMS error [× median of the law]")
+    _few_ticks(panel.yaxis, panel.get_ylim())
+    return _finished(drawing, caption)
+
+
+def bars(rows: Sequence[Mapping[str, Any]], colour: str, caption: str) -> Picture:
+    """First-order indices of a law, a bar each with its interval, and the rank correlations as numbers."""
+    shown = list(rows)[:MOST_BARS]
+    drawing, panel = _new(0.85 + 0.27 * len(shown))
+    for place, row in enumerate(shown):
+        sobol = row["sobol"]
+        if sobol["value"] is not None:
+            panel.barh(place, sobol["value"], height=0.62, color=colour, alpha=0.85)
+            if sobol["low"] is not None:
+                panel.plot((sobol["low"], sobol["high"]), (place, place), color=INK, linewidth=1.2)
+        text = "" if row["spearman"] is None else f"{row['spearman']['value']:+.2f}".replace("-", "−")
+        panel.text(1.19, place, text, va="center", ha="right", fontsize=8.5, color=INK)
+    panel.text(1.19, -0.75, "ρ", va="center", ha="right", fontsize=8.5, color=INK)
+    panel.set_yticks(range(len(shown)), [row["parameter"] for row in shown])
+    panel.set(xlim=(0.0, 1.2), ylim=(len(shown) - 0.4, -1.1), xlabel="share of the variance of log error")
+    panel.set_xticks([0.0, 0.25, 0.5, 0.75, 1.0], ["0", "25 %", "50 %", "75 %", "100 %"])
+    panel.spines["bottom"].set_bounds(0.0, 1.0)
+    panel.grid(axis="y", visible=False)
+    panel.set_axisbelow(True)
+    panel.tick_params(axis="y", length=0)
+    return _finished(drawing, caption)
+
+
+def _few_ticks(axis: Axis, ends: tuple[float, float]) -> None:
+    """Plain numbers on a logarithmic axis that is too short for powers of ten."""
+    if ends[1] < 30.0 * ends[0]:
+        axis.set_major_locator(
+            LogLocator(subs=(1.0, 1.5, 2.0, 3.0, 5.0, 7.0)) if ends[1] > 3.0 * ends[0] else MaxNLocator(5)
+        )
+        axis.set_major_formatter("{x:.4g}")
+    axis.set_minor_formatter(NullFormatter())
+
+
+def _new(height: float = HEIGHT) -> tuple[Figure, Axes]:
+    with mpl.rc_context(STYLE):
+        drawing = Figure(figsize=(WIDTH, height), layout="constrained")
+        return drawing, drawing.subplots()
+
+
+def _finished(drawing: Figure, caption: str) -> Picture:
+    content = io.StringIO()
+    with mpl.rc_context(STYLE):
+        drawing.savefig(content, format="svg", transparent=True, metadata={"Date": None})
+    return Picture(inline(content.getvalue(), caption), caption)
+
+
+def inline(text: str, label: str) -> str:
+    """An SVG file as an element of a page: without declarations and identifiers, with the page's colours and font."""
+    text = text[text.index("<svg") :]
+    text = re.sub(r"<metadata>.*?</metadata>|<!--.*?-->", "", text, flags=re.DOTALL)
+    used = set(re.findall(r"#([\w-]+)\"|url\(#([\w-]+)\)", text))
+    kept = {first or second for first, second in used}
+    text = re.sub(r' id="([^"]*)"', lambda found: found[0] if found[1] in kept else "", text)
+    text = text.replace("xlink:href", "href").replace(INK, "currentColor").replace(LINE, "var(--line)")
+    text = re.sub(r' xmlns(:\w+)?="[^"]*"| version="[^"]*"', "", text, count=3)
+    text = re.sub(r"font: ([\d.]+px) [^;\"]*", r"font-size: \1", text)
+    text = re.sub(r"; font-family: [^;\"]*", "", text)
+    text = re.sub(r"<defs>\s*<style.*?</style>\s*</defs>", "", text, flags=re.DOTALL)
+    text = re.sub(r"\s+", " ", text).replace("> <", "><")
+    text = re.sub(r"<[^>]+>", lambda tag: re.sub(r"(\d\.\d\d)\d+", r"\1", tag[0]), text)  # a hundredth of a point
+    quoted = label.replace("&", "&amp;").replace('"', "&quot;").replace("<", "&lt;")
+    return text.replace("<svg", f'<svg role="img" aria-label="{quoted}"', 1).strip()
+
+
+def _columns(points: Sequence[tuple[float, float]]) -> tuple[list[float], list[float]]:
+    return [x for x, _ in points], [y for _, y in points]
+
+
+def _drawable(value: float) -> float:
+    return nan if isinf(value) or value <= 0.0 else value
+
+
+def _places(values: Sequence[Any]) -> dict[Any, float]:
+    """Where to draw values that are no numbers, in the order of their first appearance."""
+    if all(isinstance(value, int | float) and not isinstance(value, bool) for value in values):
+        return {}
+    return {value: float(place) for place, value in enumerate(dict.fromkeys(sorted(values, key=str)))}
+
+
+def _shortened(text: str) -> str:
+    return text if len(text) <= 14 else text[:13] + "…"

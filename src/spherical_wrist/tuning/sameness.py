@@ -1,0 +1,49 @@
+"""Whether a study in a folder is the one that is asked for, and if not, what differs."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from spherical_wrist.errors import ParameterError
+
+MISSING = object()
+
+
+def check_same(before: Mapping[str, Any], now: Mapping[str, Any], folder: Path) -> None:
+    """Refuses to go on with a study of something else.
+
+    Args:
+        before: what the study in the folder is of, as plain data.
+        now: what is asked for.
+        folder: the folder, for the message.
+
+    Raises:
+        ParameterError: they differ; the message names the first difference.
+    """
+    for name, value in now.items():
+        if before.get(name) != value:
+            raise ParameterError(
+                f"{str(folder)!r} holds another study: {_difference(name, before.get(name), value)}; "
+                "repeat the command that began it, or give another folder with -o"
+            )
+
+
+def _difference(name: str, before: Any, now: Any) -> str:
+    """The first difference of two values, in words; that of tables by the dotted name of the entry."""
+    if isinstance(before, Mapping) and isinstance(now, Mapping):
+        for key in {**before, **now}:
+            inner = before.get(key, MISSING), now.get(key, MISSING)
+            if inner[0] != inner[1]:
+                return _difference(f"{name}: {key}", *inner)
+    return f"{name} was {_short(before)}, and is {_short(now)} here"
+
+
+def _short(value: Any) -> str:
+    if value is MISSING:
+        return "not there"
+    text = f"{value[0]:g}:{value[1]:g}" if _is_range(value) else str(value)
+    return text if len(text) <= 60 else text[:59] + "…"
+
+
+def _is_range(value: Any) -> bool:
+    return isinstance(value, list) and len(value) == 2 and all(isinstance(each, float) for each in value)

@@ -1,0 +1,744 @@
+"""Comparisons: ranking, cases, contestants, commands that replay, files, and what `wrist compare` prints."""
+
+import csv
+import json
+import re
+import shlex
+import signal
+import subprocess
+import sys
+import time
+from itertools import pairwise, product
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.image import imread
+from matplotlib.text import Annotation, Text
+from scipy.optimize import LinearConstraint, minimize
+
+from bench import one_line
+from spherical_wrist import Experiment, load_recording, simulate
+from spherical_wrist.actuation import Realistic as RealisticMotor
+from spherical_wrist.actuation import SphericalMotor
+from spherical_wrist.cli import main
+from spherical_wrist.cli.compare import CompareOptions, print_comparison
+from spherical_wrist.comparison import DEFAULT, Case, Cell, Comparison, compare, contestants, registered
+from spherical_wrist.comparison.cases import FAULTY, IDEAL, group_of, read_cases, select
+from spherical_wrist.comparison.picture import pareto_picture, spaced
+from spherical_wrist.comparison.ranking import geometric_mean, pareto_front, ranks, ratios
+from spherical_wrist.comparison.report import front, told
+from spherical_wrist.control import PD, ComputedTorque, Law, SlidingMode
+from spherical_wrist.disturbance import Noise
+from spherical_wrist.errors import LawError, ParameterError, UnknownNameError, WristError
+from spherical_wrist.experiment.command import command_of
+from spherical_wrist.experiment.presets import HARDWARE
+from spherical_wrist.metrics import Metrics
+from spherical_wrist.reference import Step
+from spherical_wrist.sensing import Realistic as RealisticSensing
+from spherical_wrist.simulation.outcome import Outcome, Status
+
+LAW = """
+from spherical_wrist.control import Law
+
+class Spring(Law):
+    stiffness: float = 0.1
+    damping: float = 0.01
+
+    @staticmethod
+    def step(signal, parameters, state, command):
+        for i in range(3):
+            spring = parameters.stiffness * signal.error[i] + parameters.damping * signal.rate_error[i]
+            command.torque[i] = spring + signal.N[i]
+"""
+WRIST = [sys.executable, "-c", "from spherical_wrist.cli import main; main()"]
+QUICK = ["--law", "pd", "--law", "sliding_mode", "--case", "constant-heavy", "--duration", "0.2"]
+
+
+@pytest.fixture
+def wrist(capsys, monkeypatch, tmp_path):
+    """Runs the command in this process, in an empty folder; gives exit code, stdout and stderr."""
+    monkeypatch.chdir(tmp_path)
+
+    def command(*arguments):
+        monkeypatch.setattr(sys, "argv", ["wrist", *map(str, arguments)])
+        with pytest.raises(SystemExit) as end:
+            main()
+        printed = capsys.readouterr()
+        return end.value.code or 0, printed.out, printed.err
+
+    return command
+
+
+# --- ranks, scores and fronts
+
+ERRORS = {"a": 2e-3, "b": 1e-3, "c": None, "d": 1e-3, "e": 4e-3}
+
+
+def test_ranks_and_ratios_of_numbers_worked_out_by_hand():
+    assert ranks(ERRORS) == {"b": 1, "d": 1, "a": 3, "e": 4, "c": 5}
+    assert ratios(ERRORS) == pytest.approx({"a": 2.0, "b": 1.0, "c": None, "d": 1.0, "e": 4.0})
+    assert ratios({"a": None}) == {"a": None}
+    assert ratios({"a": 0.0, "b": 3e-12}) == pytest.approx({"a": 1.0, "b": 3.0})
+    assert geometric_mean([2.0, 8.0]) == pytest.approx(4.0)
+    assert geometric_mean([]) is None
+
+
+coordinate = st.sampled_from([0.5, 1.0, 2.0, 3.0, 5.0])
+
+
+@given(st.dictionaries(st.text(min_size=1, max_size=3), st.tuples(coordinate, coordinate), max_size=12))
+def test_the_pareto_front_is_what_comparing_every_pair_gives(points):
+    def beaten(p):
+        return any(q[0] <= p[0] and q[1] <= p[1] and q != p for q in points.values())
+
+    found = pareto_front(points)
+    assert sorted(found) == sorted(name for name, point in points.items() if not beaten(point))
+    assert [points[name][0] for name in found] == sorted(points[name][0] for name in found)
+
+
+NAN = dict.fromkeys(Metrics.__dataclass_fields__)
+
+
+def cell(law, case, error, chattering=1.0):
+    """A cell that never ran; one without an error diverged."""
+    outcome = Outcome(Status.COMPLETED, 10.0) if error is not None else Outcome(Status.DIVERGED, 3.0, "too fast")
+    metrics = Metrics(**{**NAN, "rms_error_rad": error or 1e-9, "chattering_Nm_per_s": chattering})
+    return Cell(law, case, Experiment(), outcome, metrics)
+
+
+def comparison(table, chattering=None, calm=None):
+    """A comparison from errors by law, a list with one entry per case."""
+    count = len(next(iter(table.values())))
+    names = [f"case-{number}" for number in range(count)]
+    cases = tuple(Case(name, "", {}) for name in names)
+    chattering = chattering or {law: [1.0] * count for law in table}
+    cells = {
+        (law, name): cell(law, name, error, amount)
+        for law, errors in table.items()
+        for name, error, amount in zip(names, errors, chattering[law], strict=True)
+    }
+    laws = dict.fromkeys(table, ComputedTorque())
+    return Comparison(laws, cases, cells, calm or dict.fromkeys(names, 1.0), 0.0)
+
+
+def test_the_score_is_the_geometric_mean_of_the_ratios_to_the_best():
+    """Ratios 1, 4 and 2, 1 and 3, 3 give √(1 · 4), √(2 · 1) and 3."""
+    rows = comparison({"x": [1e-3, 4e-2], "y": [2e-3, 1e-2], "z": [3e-3, 3e-2]}).standings()
+    assert [(row.law, row.rank, row.wins) for row in rows] == [("y", 1, 1), ("x", 2, 1), ("z", 3, 0)]
+    assert [row.score for row in rows] == pytest.approx([np.sqrt(2.0), 2.0, 3.0])
+
+
+def test_who_diverged_comes_last_and_is_named_however_good_the_rest():
+    rows = comparison({"good": [1e-6, 1e-6, None], "bad": [1e-1, 1e-1, 1e-1], "worst": [None, None, None]}).standings()
+    assert [(row.law, row.diverged) for row in rows] == [
+        ("bad", ()),
+        ("good", ("case-2",)),
+        ("worst", ("case-0", "case-1", "case-2")),
+    ]
+    assert rows[1].score == pytest.approx(1.0)
+    assert rows[2].score is None
+    assert rows[2].wins == 0
+
+
+def test_equal_laws_share_a_rank():
+    rows = comparison({"a": [2.0], "b": [1.0], "c": [2.0], "d": [4.0]}).standings()
+    assert [row.rank for row in rows] == [1, 2, 2, 4]
+
+
+def test_chattering_is_compared_with_computed_torque_on_the_same_case():
+    found = comparison(
+        {"a": [1e-3, 1e-3, None]}, {"a": [6.0, 6.0, 6.0]}, {"case-0": 2.0, "case-1": None, "case-2": 2.0}
+    )
+    figures = [found.figure(found.cells["a", case.name], "chattering_ratio") for case in found.cases]
+    assert figures == [3.0, None, None]
+    assert found.spread("a", ["case-0", "case-1"], "chattering_ratio") == pytest.approx((3.0, 3.0, 3.0))
+
+
+def test_a_spread_is_over_completed_runs():
+    found = comparison({"a": [1.0, 4.0, None]})
+    assert found.spread("a", [case.name for case in found.cases], "rms_error_rad") == pytest.approx((1.0, 2.0, 4.0))
+
+
+def test_chattering_that_differs_in_the_fourth_digit_does_not():
+    table = {"precise": [1e-5], "poor": [1e-3], "calm": [1e-2]}
+    found = comparison(table, {"precise": [1.0001], "poor": [1.0], "calm": [0.9]})
+    assert front(found, ["case-0"]) == ["calm", "precise"]
+    table["precise"] = [None]
+    assert front(comparison(table, {"precise": [0.1], "poor": [1.0], "calm": [0.9]}), ["case-0"]) == ["calm", "poor"]
+
+
+# --- cases
+
+
+def test_the_default_suite_is_what_it_says():
+    made = {case.name: case.experiment({}, {}) for case in DEFAULT}
+    assert len(made) == len(DEFAULT) >= 20
+    ideal = {
+        (given.disturbance.name, given.disturbance.level, given.mass_scale): given
+        for given in made.values()
+        if group_of(given) == IDEAL
+    }
+    assert set(ideal) == {(s, 0.25, m) for s, m in product(("constant", "sinusoid"), (0.75, 1.0, 1.25))}
+    assert all(given.reference.name == "lissajous" for given in ideal.values())
+    assert ideal["sinusoid", 0.25, 0.75].disturbance.frequency == 1.0
+    sensors, motors = RealisticSensing(), RealisticMotor()
+    assert made["attitude-noise"].sensing.attitude_noise == sensors.attitude_noise > 0.0
+    assert made["attitude-steps"].sensing.attitude_quantum == sensors.attitude_quantum > 0.0
+    assert made["rate-noise"].sensing.rate_noise == sensors.rate_noise > 0.0
+    assert made["rate-noise"].sensing.rate_bias == sensors.rate_bias != (0.0, 0.0, 0.0)
+    assert made["rate-estimated"].sensing.rate == "estimated"
+    assert (made["delay-1ms"].sensing.delay, made["delay-1.5ms"].sensing.delay) == (0.001, 0.0015)
+    assert made["lost-samples"].sensing.loss == 0.05
+    assert made["slow-motors"].actuation.torque_quantum == motors.torque_quantum > 0.0
+    assert made["slow-motors"].actuation.lag == motors.lag > 0.0
+    assert made["friction"].friction == HARDWARE["realistic"]["friction"] > 0.0
+    assert made["cogging"].actuation.cogging == motors.cogging > 0.0
+    assert made["spherical-motor"].actuation == SphericalMotor()
+    assert made["failed-coil"].actuation == SphericalMotor(failed=(0,))
+    for name, reference in (("", "lissajous"), ("-heart", "beating_heart"), ("-suture", "suture")):
+        given = made[f"realistic{name}"]
+        assert (given.sensing, given.actuation, given.reference.name) == (sensors, motors, reference)
+
+
+def test_every_fault_is_alone_but_in_the_realistic_cases():
+    nothing = Experiment()
+    for case in DEFAULT:
+        made = case.experiment({}, {})
+        changed = {name for name in Experiment.model_fields if getattr(made, name) != getattr(nothing, name)}
+        if group_of(made) == FAULTY and not case.name.startswith("realistic"):
+            assert len(changed) == 1, case.name
+
+
+def test_a_case_changes_the_experiment_and_settings_change_the_case():
+    case = Case("x", "", {"disturbance.name": "noise", "mass_scale": 0.5, "sensing.delay": 0.002})
+    made = case.experiment(
+        {"payload": 0.01, "mass_scale": 2.0, "sensing": {"loss": 0.1}}, {"disturbance.bandwidth": 5.0}
+    )
+    assert (made.payload, made.mass_scale, made.disturbance.bandwidth) == (0.01, 0.5, 5.0)
+    assert (made.sensing.delay, made.sensing.loss) == (0.002, 0.1)
+    assert group_of(made) == FAULTY
+    assert group_of(Experiment(friction=1e-3)) == group_of(Experiment(actuation="spherical_motor")) == FAULTY
+
+
+def test_a_suite_of_ones_own(tmp_path):
+    file = tmp_path / "cases.toml"
+    file.write_text(
+        "[[case]]\nname = 'late'\nmeaning = 'two samples'\nsensing.delay = 0.002\nmass_scale = 1.5\n"
+        "[[case]]\nname = 'noisy'\ndisturbance = {bandwidth = 5.0, name = 'noise', level = 0.1}\n"
+    )
+    late, noisy = read_cases(file)
+    assert (late.name, late.meaning) == ("late", "two samples")
+    made = late.experiment({}, {})
+    assert (made.sensing.delay, made.mass_scale, made.disturbance.level) == (0.002, 1.5, 0.25)
+    # the parameters of another shape in the experiment do not stay
+    made = noisy.experiment({"disturbance": {"name": "sinusoid", "frequency": 3.0}}, {})
+    assert made.disturbance == Noise(bandwidth=5.0, level=0.1)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (None, "cannot be read"),
+        ("[[case", "not valid TOML"),
+        ("", "[[case]]"),
+        ("case = 3", "[[case]]"),
+        ("duration = 3\n[[case]]\nname = 'a'", "[[case]]"),
+        ("[[case]]\nmass_scale = 1", "case 1: a name is needed"),
+        ("[[case]]\nname = 'a'\nlaw = 'pd'", "nothing about the law"),
+        ("[[case]]\nname = 'a'\n[[case]]\nname = 'a'", "two cases are called 'a'"),
+    ],
+)
+def test_a_wrong_suite_is_one_line(tmp_path, text, said):
+    file = tmp_path / "cases.toml"
+    if text is not None:
+        file.write_text(text)
+    with pytest.raises(ParameterError) as error:
+        read_cases(file)
+    assert said in one_line(error.value)
+
+
+def test_a_wrong_case_says_which_one_it_is():
+    with pytest.raises(ParameterError) as error:
+        Case("odd", "", {"mas_scale": 1.0}).experiment({}, {})
+    assert one_line(error.value).startswith("case 'odd': unknown parameter 'mas_scale'; did you mean 'mass_scale'?")
+    with pytest.raises(UnknownNameError, match="did you mean 'realistic'"):
+        select(DEFAULT, ["realistc"])
+    assert [case.name for case in select(DEFAULT, ["friction", "cogging", "friction"])] == ["friction", "cogging"]
+    assert select(DEFAULT, []) == DEFAULT
+
+
+# --- contestants
+
+
+def test_every_law_of_the_package_takes_part():
+    assert contestants([], {}, {}) == {name: law() for name, law in Law.members.items()} == registered()
+
+
+def test_laws_with_parameters_from_files_and_from_experiments(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("my laws").mkdir()
+    Path("my laws/spring.py").write_text(LAW)
+    Path("tuned.toml").write_text('mass_scale = 3.0\n[law]\nname = "computed_torque"\nKv = 10\n')
+    texts = [
+        "pd",
+        "computed_torque Kp=[1, 2, 3]  Kv = 4 prediction=false",
+        "my laws/spring.py:Spring stiffness=0.3",
+        "tuned.toml",
+        "tuned.toml Kv=20",
+    ]
+    laws = contestants(texts, {"law": {"name": "sliding_mode"}}, {"mass_scale": 1.0})
+    assert list(laws) == texts
+    plain, gains, spring, tuned, changed = laws.values()
+    assert plain == PD()
+    assert gains == ComputedTorque(Kp=(1, 2, 3), Kv=4, prediction=False)
+    assert (spring.name, spring.stiffness) == ("spring", 0.3)
+    assert (tuned, changed) == (ComputedTorque(Kv=10), ComputedTorque(Kv=20))
+
+
+def test_the_law_of_the_experiment_joins_where_it_is_another():
+    assert contestants([], {"law": "pd"}, {}) == registered()
+    laws = contestants([], {"law": {"name": "pd", "P": 0.3}}, {})
+    assert laws == {**registered(), "pd of the experiment": PD(P=0.3)}
+
+
+def test_settings_of_the_law_go_into_every_law():
+    laws = contestants(["computed_torque", "sliding_computed_torque K=0.1"], {}, {"law.Kp": 100.0, "duration": 2.0})
+    assert [law.Kp for law in laws.values()] == [(100.0, 100.0, 100.0)] * 2
+    assert laws["sliding_computed_torque K=0.1"].K == (0.1, 0.1, 0.1)
+
+
+@pytest.mark.parametrize(
+    ("texts", "changes", "said"),
+    [
+        (["computed_tork"], {}, "did you mean 'computed_torque'"),
+        (["computed_torque kp=1"], {}, "did you mean 'Kp'"),
+        (["computed_torque Kp="], {}, "NAME=VALUE"),
+        (["computed_torque Kp=[1,2]"], {}, "three"),
+        (["none.py:Law"], {}, "no such file"),
+        (["none.toml"], {}, "cannot be read"),
+        (["empty.toml"], {}, "says nothing about the law"),
+        (["pd", "pd"], {}, "given twice"),
+        (["pd"], {"law.Kp": 1}, "law pd: unknown parameter 'Kp'"),
+        (["pd"], {"law": "pd"}, "--law"),
+        (["pd"], {"law.name": "pd"}, "--law"),
+    ],
+)
+def test_a_wrong_contestant_is_one_line(tmp_path, monkeypatch, texts, changes, said):
+    monkeypatch.chdir(tmp_path)
+    Path("empty.toml").write_text("duration = 3.0\n")
+    with pytest.raises(WristError) as error:
+        contestants(texts, {}, changes)
+    assert said in one_line(error.value)
+
+
+# --- commands that replay
+
+
+def replayed(monkeypatch, command):
+    """The experiment that a command makes, found by running the command line up to the simulation."""
+    made = []
+
+    def catch(experiment, **_):
+        made.append(experiment)
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patched:
+        patched.setattr("spherical_wrist.cli.run.simulate", catch)
+        patched.setattr(sys, "argv", shlex.split(command))
+        with pytest.raises(SystemExit):
+            main()
+    return made[0]
+
+
+number = st.one_of(st.floats(1e-6, 1e6), st.integers(1, 1000).map(float), st.sampled_from([1e-5, 0.1, 1.0, 400.0]))
+vector = st.one_of(number, st.tuples(number, number, number))
+signed = st.tuples(*[st.one_of(number, number.map(lambda x: -x), st.just(0.0))] * 3)
+
+
+def table(name, **parameters):
+    """A table of a name and some of these parameters."""
+    return st.fixed_dictionaries({"name": st.just(name)}, optional=parameters)
+
+
+experiments = st.fixed_dictionaries(
+    {},
+    optional={
+        "law": st.one_of(
+            st.sampled_from(sorted(Law.members)),
+            table("computed_torque", Kp=vector, Kv=vector, prediction=st.booleans()),
+            table("sliding_computed_torque", K=vector, switching=st.sampled_from(["sign", "tanh"])),
+            table("fuzzy_sliding_computed_torque", Kp=vector, error_scale=vector),
+        ),
+        "reference": st.one_of(
+            table("lissajous", amplitude=vector, phase=signed),
+            table("step", start=number, rotation=signed),
+            table("recorded", file=st.sampled_from(["/a b/c,d.csv", "true", "inf", "12", "a=b", " x ", "/x'y\".csv"])),
+        ),
+        "disturbance": st.one_of(
+            table("constant", level=number, amplitude=number),
+            table("noise", level=number, bandwidth=number),
+            table("sinusoid", frequency=number, phase=signed),
+        ),
+        "sensing": st.one_of(
+            st.sampled_from(["ideal", "realistic"]),
+            table("ideal", attitude_noise=number, rate_bias=signed, rate=st.sampled_from(["measured", "estimated"])),
+            table("realistic", delay=st.floats(0.0, 1.0), timestamped=st.booleans(), loss=st.just(0.0)),
+        ),
+        "actuation": st.one_of(
+            st.sampled_from(["ideal", "realistic", "spherical_motor"]),
+            table("ideal", cogging=number, detents=st.integers(1, 20)),
+            table("spherical_motor", failed=st.sampled_from([(), (0,), (3, 3, 3), (1, 5)])),
+        ),
+        "mass_scale": number,
+        "com_shift": signed,
+        "friction": st.one_of(number, st.just(1e-3)),
+        "initial_error": st.one_of(signed, number),
+        "physics_period": number,
+        "steady_from": number,
+        "seed": st.integers(0, 2**40),
+        "duration": number,
+        "model": st.sampled_from(["/a b.xml", "/it's.xml"]),
+    },
+)
+
+
+@given(experiments)
+@settings(max_examples=200)
+def test_a_command_makes_the_experiment_again(values):
+    try:
+        made = Experiment(**values)
+    except WristError:
+        assume(False)
+    with pytest.MonkeyPatch.context() as patch:
+        assert replayed(patch, command_of(made)) == made
+
+
+@pytest.mark.parametrize(
+    ("values", "command"),
+    [
+        ({}, "wrist run"),
+        ({"law": "pd", "mass_scale": 1.0}, "wrist run --law pd --mass-scale 1"),
+        (HARDWARE["realistic"], "wrist run --hardware realistic"),
+        ({**HARDWARE["realistic"], "friction": 0}, "wrist run --hardware realistic --set friction=0"),
+        ({"disturbance": 0.1}, "wrist run --disturbance 0.1"),
+        ({"sensing": {"delay": 0.001}}, "wrist run --set sensing.delay=0.001"),
+        ({"law": {"name": "computed_torque", "Kp": 100}}, "wrist run --law computed_torque --set law.Kp=100"),
+        ({"reference": {"name": "recorded", "file": "/a.csv"}}, "wrist run --reference recorded:/a.csv"),
+        ({"com_shift": [0.001, 0, 0]}, "wrist run --set 'com_shift=[0.001,0,0]'"),
+    ],
+)
+def test_a_command_is_short(values, command):
+    assert command_of(Experiment(**values)) == command
+
+
+def test_a_law_from_a_file_is_named_by_it(tmp_path, monkeypatch):
+    (tmp_path / "my laws.py").write_text(LAW)
+    monkeypatch.chdir(tmp_path)
+    made = Experiment(law={"name": "my laws.py:Spring", "stiffness": 0.3})
+    command = command_of(made)
+    monkeypatch.chdir("/")
+    assert replayed(monkeypatch, command) == made
+
+
+def test_what_has_no_name_on_the_command_line_has_no_command():
+    class Local(Law):
+        pass
+
+    class PD(Law):  # the name of another law is not enough
+        pass
+
+    class Odd(Step):
+        pass
+
+    for made in (Experiment(law=Local()), Experiment(law=PD()), Experiment(reference=Odd())):
+        with pytest.raises(ParameterError) as error:
+            command_of(made)
+        one_line(error.value)
+    assert command_of(Experiment(law=Local()), law="a.py:Local") == "wrist run --law a.py:Local"
+
+
+# --- comparing
+
+BRIEF = {"duration": 0.3}
+TWO = select(DEFAULT, ["constant-heavy", "realistic"])
+
+
+@pytest.fixture(scope="module")
+def found():
+    return compare({"pd": PD(), "sliding_mode": SlidingMode()}, TWO, {}, BRIEF, jobs=2)
+
+
+def test_every_cell_is_the_run_of_its_experiment(found):
+    assert set(found.cells) == set(product(("pd", "sliding_mode"), ("constant-heavy", "realistic")))
+    for (law, case), one in found.cells.items():
+        hardware = HARDWARE["realistic" if case == "realistic" else "ideal"]
+        alone = simulate(Experiment(law=law, **hardware, **BRIEF))
+        assert one.metrics == alone.metrics
+        assert one.outcome == alone.outcome
+        calm = simulate(Experiment(law="computed_torque", **hardware, **BRIEF)).metrics.chattering_Nm_per_s
+        assert found.figure(one, "chattering_ratio") == alone.metrics.chattering_Nm_per_s / calm
+
+
+def test_the_number_of_threads_changes_no_bit(found):
+    again = compare(found.laws, TWO, {}, BRIEF, jobs=1)
+    assert [one.metrics for one in again.cells.values()] == [one.metrics for one in found.cells.values()]
+    assert again.calm == found.calm
+
+
+def test_plain_computed_torque_is_one_of_the_laws_or_runs_beside_them(found):
+    other = compare({"mine": ComputedTorque(), "pd": PD()}, TWO, {}, BRIEF)
+    assert other.calm == found.calm
+    assert {law for law, _ in other.cells} == {"mine", "pd"}
+    assert [other.figure(other.cells["mine", case.name], "chattering_ratio") for case in TWO] == [1.0, 1.0]
+    stiff = compare({"computed_torque": ComputedTorque(Kp=900, Kv=60)}, TWO, {}, BRIEF)
+    assert stiff.calm == found.calm
+
+
+def test_progress_is_told_and_what_raises_stops_the_rest(found, tmp_path):
+    (tmp_path / "bad.py").write_text(LAW.replace("signal.error[i]", "signal.error[i + 3]"))
+    laws = contestants([f"{tmp_path}/bad.py:Spring", "pd"], {}, {})
+    seen = []
+    with pytest.raises(LawError) as error:
+        compare(laws, DEFAULT, {}, {"duration": 600.0}, progress=lambda done, total: seen.append((done, total)))
+    one_line(error.value)
+    compare(found.laws, TWO, {}, BRIEF, progress=lambda done, total: seen.append((done, total)))
+    assert seen[-6:] == [(done, 6) for done in range(1, 7)]
+    with pytest.raises(ParameterError, match="jobs = 0"):
+        compare(found.laws, TWO, {}, BRIEF, jobs=0)
+
+
+def test_the_cells_asked_for_are_recorded(found, tmp_path):
+    laws = {"pd P=[1,2,3]": PD(P=(1, 2, 3)), **found.laws}
+    folder = tmp_path / "new" / "folder"
+    recorded = compare(laws, TWO, {}, BRIEF, record=["*sliding*:*", "pd P=[1,2,3]:realistic"], folder=folder)
+    names = {"sliding_mode--constant-heavy.rrd", "sliding_mode--realistic.rrd", "pd_P=_1_2_3--realistic.rrd"}
+    assert {path.name for path in folder.iterdir()} == names
+    one = recorded.cells["sliding_mode", "realistic"]
+    run = load_recording(one.recording)
+    assert (run.experiment, run.metrics) == (one.experiment, one.metrics)
+    assert one.metrics == found.cells["sliding_mode", "realistic"].metrics
+    assert recorded.cells["pd", "realistic"].recording is None
+    compare(found.laws, TWO[:1], {}, BRIEF, record=["all"], folder=folder)
+    assert (folder / "pd--constant-heavy.rrd").is_file()
+
+
+@pytest.mark.parametrize(
+    ("record", "said"),
+    [("pd", "LAW:CASE"), ("pdd:realistic", "did you mean 'pd'"), ("pd:realistc", "did you mean 'realistic'")],
+)
+def test_a_wrong_pattern_is_one_line_before_anything_runs(found, tmp_path, record, said):
+    with pytest.raises(ParameterError) as error:
+        compare(found.laws, TWO, {}, {"duration": 600.0}, record=[record], folder=tmp_path / "out")
+    assert said in one_line(error.value)
+    assert not (tmp_path / "out").exists()
+    with pytest.raises(ParameterError, match="-o DIR"):
+        compare(found.laws, TWO, {}, BRIEF, record=["all"])
+    same = (Case("a b", "", {}), Case("a_b", "", {}))
+    with pytest.raises(ParameterError, match="same file"):
+        compare(found.laws, same, {}, BRIEF, record=["all"], folder=tmp_path / "out")
+
+
+# --- pictures
+
+
+@given(st.lists(st.floats(0.0, 1.0), min_size=1, max_size=7).map(sorted), st.floats(0.01, 0.14))
+@settings(max_examples=50)
+def test_labels_stay_apart_and_as_near_as_can_be(wanted, gap):
+    """SciPy's constrained least squares finds no places that are nearer."""
+    places = np.array(spaced(wanted, gap))
+    assert all(b - a >= gap - 1e-9 for a, b in pairwise(places))
+    assert places.min() >= -1e-9
+    assert places.max() <= 1.0 + 1e-9
+    count = len(wanted)
+    apart = LinearConstraint(np.eye(count)[1:] - np.eye(count)[:-1], lb=gap) if count > 1 else ()
+    start = np.linspace(0.0, 1.0, count)
+    best = minimize(lambda x: np.sum((x - wanted) ** 2), start, bounds=[(0.0, 1.0)] * count, constraints=apart)
+    assert np.sum((places - wanted) ** 2) <= best.fun + 1e-6
+
+
+def test_the_labels_of_the_picture_do_not_overlap(found):
+    many = comparison({f"law_number_{n}": [1e-4 * (1 + 0.01 * n), 2e-4] for n in range(16)})
+    for shown in (many, found):
+        drawing = pareto_picture(told(shown, ""))
+        assert isinstance(drawing, Figure)
+        renderer = FigureCanvasAgg(drawing).get_renderer()
+        drawing.draw(renderer)
+        whole = drawing.get_window_extent()
+        for axes in drawing.axes:
+            labels = [text for text in axes.texts if isinstance(text, Annotation)]
+            assert len(labels) == len(shown.laws)
+            for text in labels:
+                text.update_positions(renderer)
+            # without the line to its mark, which an annotation counts as part of itself
+            boxes = [Text.get_window_extent(text) for text in labels]
+            for first, second in pairwise(sorted(boxes, key=lambda box: box.y0)):
+                assert second.y0 >= first.y0 + 0.8 * first.height
+            assert all(whole.x0 <= box.x0 and box.x1 <= whole.x1 for box in boxes)
+
+
+def test_marks_of_the_picture_are_where_the_figures_are():
+    shown = told(comparison({"a": [1e-3, 4e-3], "b": [1e-2, 1e-2]}, {"a": [2.0, 8.0], "b": [1.0, 1.0]}), "")
+    (axes,) = pareto_picture(shown).axes
+    marks = [line.get_xydata()[0].tolist() for line in axes.lines if line.get_marker() == "o"]
+    assert marks == [pytest.approx([4.0, 2e-3]), pytest.approx([1.0, 1e-2])]
+    (steps,) = [line for line in axes.lines if line.get_marker() != "o"]
+    assert steps.get_xydata().tolist() == [pytest.approx([1.0, 1e-2]), pytest.approx([4.0, 2e-3])]
+
+
+# --- the command line
+
+
+def test_json_has_the_promised_keys_and_its_commands_replay_it(wrist):
+    code, out, err = wrist("compare", *QUICK, "--case", "failed-coil", "--set", "payload=0.01", "--seed", "4", "--json")
+    given = json.loads(out)
+    assert (code, err) == (0, "")
+    assert set(given) == {"suite", "laws", "cases", "cells", "versions", "files", "wall_time_s"}
+    assert (given["suite"], given["files"]) == ("default", [])
+    assert [case["case"] for case in given["cases"]] == ["constant-heavy", "failed-coil"]
+    assert {law["law"] for law in given["laws"]} == {"pd", "sliding_mode"}
+    assert set(given["laws"][0]["groups"]) == {IDEAL, FAULTY}
+    assert len(given["cells"]) == 4
+    for cell in given["cells"]:
+        assert "payload" in cell["command"]
+        code, out, _ = wrist(*shlex.split(cell["command"])[1:], "--no-recording", "--json")
+        assert json.loads(out)["metrics"] == cell["metrics"]
+    best = [cell["law"] for cell in given["cells"] if cell["rank"] == 1 and cell["case"] == "failed-coil"]
+    assert [given["cases"][1]["ranking"][0]] == best
+
+
+def test_the_folder_has_the_same_numbers_in_every_form(wrist):
+    code, out, err = wrist("compare", *QUICK, "--case", "realistic", "-o", "out", "--record", "pd:*", "--json")
+    given = json.loads(out)
+    assert (code, err) == (0, "")
+    assert json.loads(Path("out/comparison.json").read_text()) == given
+    names = {"comparison.csv", "comparison.json", "comparison.md", "comparison.png", "comparison.svg"}
+    assert set(given["files"]) == names
+    assert {path.name for path in Path("out").glob("*.rrd")} == {"pd--constant-heavy.rrd", "pd--realistic.rrd"}
+    assert {path.name for path in Path("out").iterdir()} - names == {path.name for path in Path("out").glob("*.rrd")}
+    with Path("out/comparison.csv").open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert [(row["law"], row["case"]) for row in rows] == [(cell["law"], cell["case"]) for cell in given["cells"]]
+    for row, cell in zip(rows, given["cells"], strict=True):
+        assert float(row["rms_error_rad"]) == cell["metrics"]["rms_error_rad"]
+        assert row["command"] == cell["command"]
+        assert (row["copper_loss_W"] == "") == (cell["metrics"]["copper_loss_W"] is None)
+    text = Path("out/comparison.md").read_text()
+    assert "| law | RMS error [rad] |" in text
+    assert f"{given['cells'][0]['metrics']['max_tip_error_mm']:.4g}" in text
+    assert imread("out/comparison.png").shape[1] > 1000
+    svg = Path("out/comparison.svg").read_bytes()
+    assert wrist("compare", *QUICK, "--case", "realistic", "-o", "out")[0] == 0
+    assert Path("out/comparison.svg").read_bytes() == svg
+
+
+@pytest.mark.parametrize("width", [80, 120])
+@pytest.mark.parametrize("full", [False, True])
+def test_tables_fit_the_terminal_and_cut_no_figure(capsys, monkeypatch, width, full):
+    monkeypatch.setenv("COLUMNS", str(width))
+    names = ["adaptive_fuzzy_sliding_computed_torque", "computed_torque Kp=[100, 200, 300] Kv=20", "sliding_mode"]
+    errors = {name: [1.234e-4, None, 5.678e-3] for name in (*names, *(f"law_{n}" for n in range(15)))}
+    shown = told(comparison(errors), "")
+    print_comparison(shown, CompareOptions([], [], None, None, [], full, None, False))
+    out = capsys.readouterr().out
+    lines = out.splitlines()
+    assert all(len(line) <= width for line in lines if " diverged at " not in line)
+    assert all("…" not in line for line in lines if "computed_torque Kp" not in line)
+    assert all(text in out for text in ("adaptive_fuzzy_sliding", "[rad]", "div.", "case-1"))
+    if full:
+        assert out.count("1.23e-04") == out.count("0.00568") == out.count(" diverged ") // 2 == len(errors)
+    else:
+        assert out.count("1.2e-04") == out.count("5.7e-03") == out.count("div.") - 1 == len(errors)  # a heading
+        headings = [int(n) for line in lines if line.startswith("case ") for n in re.findall(r"#(\d+)", line)]
+        assert len(headings) == len(errors)
+
+
+def test_a_suite_and_an_experiment_from_files(wrist):
+    Path("e.toml").write_text("duration = 0.2\npayload = 0.02\nlaw = {name = 'pd', P = 0.3}\n")
+    Path("cases.toml").write_text(
+        "[[case]]\nname = 'light'\nmass_scale = 0.5\n[[case]]\nname = 'still'\ndisturbance = 0\n"
+    )
+    code, out, _ = wrist("compare", "e.toml", "--cases", "cases.toml", "--json")
+    given = json.loads(out)
+    assert code == 0
+    assert given["suite"] == "cases.toml"
+    assert {law["law"] for law in given["laws"]} == {*Law.members, "pd of the experiment"}
+    for cell in given["cells"]:
+        assert "--payload 0.02" in cell["command"]
+        assert ("--mass-scale 0.5" in cell["command"]) == (cell["case"] == "light")
+
+
+def test_divergence_is_a_result_and_no_failure(wrist):
+    code, out, err = wrist("compare", *QUICK, "--set", "disturbance.amplitude=50", "--json")
+    assert (code, err) == (0, "")
+    given = json.loads(out)
+    assert all(law["diverged"] == ["constant-heavy"] and law["score"] is None for law in given["laws"])
+    assert all(cell["outcome"] == "diverged" and cell["error_ratio"] is None for cell in given["cells"])
+    code, out, _ = wrist("compare", *QUICK, "--set", "disturbance.amplitude=50", "-o", "out")
+    assert code == 0
+    assert "pd on constant-heavy diverged at" in out
+
+
+WRONG = [
+    ["--law", "computed_tork"],
+    ["--case", "realistc"],
+    ["--cases", "none.toml"],
+    ["--cases", "e.toml"],
+    ["--set", "mas_scale=1"],
+    ["--set", "law.K"],
+    ["--duration", "-1"],
+    ["--duration", "0.0015"],
+    ["--seed", "-1"],
+    ["--jobs", "0"],
+    ["--record", "all"],
+    ["--record", "nobody:*", "-o", "out"],
+    ["-o", "e.toml"],
+    ["-o", "e.toml/out"],
+    ["none.toml"],
+    ["--no-such-option"],
+]
+
+
+@pytest.mark.parametrize("arguments", WRONG, ids=" ".join)
+def test_wrong_input_is_one_line_exit_code_2_and_writes_nothing(wrist, arguments):
+    Path("e.toml").write_text("mass_scale = 1\n")
+    code, out, err = wrist("compare", *arguments)
+    assert (code, out) == (2, "")
+    assert err.startswith("wrist: error: ")
+    assert err.count("\n") == 1
+    assert [path.name for path in Path().iterdir()] == ["e.toml"]
+
+
+@pytest.mark.parametrize("delay", [0.0, 1.5])
+def test_ctrl_c_stops_at_once(tmp_path, delay):
+    """While the runs are handed to the threads, and while these simulate."""
+    simulate(Experiment(law="pd", duration=0.01))  # compiles what the process below then loads
+    command = [
+        *WRIST,
+        "compare",
+        "--law",
+        "pd",
+        "--duration",
+        "36000",
+        "--set",
+        "disturbance.amplitude=0.004",
+        "-o",
+        "out",
+    ]
+    process = subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    try:
+        while not (tmp_path / "out").is_dir():  # made just before the first run
+            assert process.poll() is None
+            time.sleep(0.002)
+        time.sleep(delay)
+        assert process.poll() is None
+        process.send_signal(signal.SIGINT)
+        out, err = process.communicate(timeout=60)  # of 36000 simulated seconds, which take minutes
+    finally:
+        process.kill()
+    assert (process.returncode, out, err) == (130, "", "")
+    assert not list((tmp_path / "out").iterdir())

@@ -1,0 +1,333 @@
+"""Frontiers: the search for a first miss, known crossings of real systems, and what `wrist frontier` prints."""
+
+import json
+import shlex
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from matplotlib.image import imread
+from scipy.optimize import brentq, fsolve
+from scipy.spatial.transform import Rotation
+
+from bench import RigidBody, one_line
+from spherical_wrist import Experiment, simulate
+from spherical_wrist.cli import main
+from spherical_wrist.comparison.crossing import Crossing, Found, first_crossing
+from spherical_wrist.comparison.frontier import AXES, Edge, chosen_axes, frontier
+from spherical_wrist.comparison.frontier_picture import frontier_picture
+from spherical_wrist.comparison.frontier_report import order, told
+from spherical_wrist.control import ComputedTorque, SlidingComputedTorque
+from spherical_wrist.errors import ParameterError, UnknownNameError, WristError
+
+
+@pytest.fixture
+def wrist(capsys, monkeypatch, tmp_path):
+    """Runs the command in this process, in an empty folder; gives exit code, stdout and stderr."""
+    monkeypatch.chdir(tmp_path)
+
+    def command(*arguments):
+        monkeypatch.setattr(sys, "argv", ["wrist", *map(str, arguments)])
+        with pytest.raises(SystemExit) as end:
+            main()
+        printed = capsys.readouterr()
+        return end.value.code or 0, printed.out, printed.err
+
+    return command
+
+
+# --- the search
+
+
+@given(st.floats(1e-6, 900.0), st.floats(0.001, 0.3), st.floats(1.1, 10.0))
+def test_a_known_crossing_is_found(edge, tolerance, growth):
+    found = first_crossing(lambda x: x < edge, 0.01, 1000.0, tolerance, growth)
+    assert found.found is Found.CROSSING
+    assert found.holds < edge <= found.misses
+    assert found.misses - found.holds <= tolerance * max(found.misses, 0.01)
+
+
+@given(st.sets(st.integers(0, 40)), st.floats(1.3, 5.0))
+def test_whatever_the_system_no_tested_value_below_the_crossing_missed(bad, growth):
+    """Nothing monotonic: the system misses on any of 40 stretches."""
+
+    def holds(x):
+        return int(4.0 * x) not in bad
+
+    found = first_crossing(holds, 0.1, 10.0, 0.05, growth)
+    if found.found is Found.NOMINAL:
+        assert 0 in bad
+        assert found == Crossing(Found.NOMINAL, None, 0.0, (0.0,))
+        return
+    assert holds(found.holds)
+    assert all(holds(x) for x in found.tested if x <= found.holds)
+    if found.found is Found.CROSSING:
+        assert not holds(found.misses)
+        assert min(x for x in found.tested if not holds(x)) == found.misses
+    else:
+        assert found.misses is None
+        assert found.holds == 10.0
+
+
+def test_the_grid_expands_from_the_nominal_to_the_limit_and_no_further():
+    never = first_crossing(lambda x: True, 1.0, 10.0, growth=3.0)
+    assert never == Crossing(Found.NEVER, 10.0, None, (0.0, 1.0, 3.0, 9.0, 10.0))
+    island = first_crossing(lambda x: not 2.5 < x < 3.5, 1.0, 10.0, 0.1, growth=3.0)
+    assert island.tested[:4] == (0.0, 1.0, 3.0, 2.0)  # the first miss, though all is well at 9 and 10
+    assert island.misses == pytest.approx(2.5, rel=0.11)
+
+
+@pytest.mark.parametrize("wrong", [(0.0, 1.0), (2.0, 1.0), (1.0, 2.0, 0.0), (1.0, 2.0, 1.0), (1.0, 2.0, 0.1, 1.0)])
+def test_a_search_without_sense_is_one_line(wrong):
+    with pytest.raises(ParameterError) as error:
+        first_crossing(lambda x: True, *wrong)
+    assert "growth > 1" in one_line(error.value)
+
+
+# --- systems whose crossings are known
+
+TILT = (0.3, 0.2, 0.0)
+HOLD = {"reference": {"name": "hold", "rotation": TILT}, "duration": 2.5, "model": None}
+
+
+def resting_tip_error(nominal, gap):
+    """Tip error [mm] of computed torque at rest, where H Kp e makes up for the torque that its model lacks.
+
+    Args:
+        nominal: the wrist.
+        gap: that torque [N·m], of the attitude.
+    """
+    body, gains = RigidBody.of(nominal), np.array(ComputedTorque().Kp)
+    desired = Rotation.from_rotvec(TILT)
+
+    def balance(e):
+        actual = desired * Rotation.from_rotvec(e).inv()
+        return body.inertia @ (gains * e) - gap(body, actual.as_quat(scalar_first=True))
+
+    e = fsolve(balance, np.zeros(3), xtol=1e-13)
+    return 1000.0 * np.linalg.norm(Rotation.from_rotvec(e).apply(nominal.lever) - nominal.lever)
+
+
+def lacking_mass(value):
+    return lambda body, attitude: (value - 1.0) * body.gravity(attitude)
+
+
+def lacking_shift(value):
+    def gap(body, attitude):
+        down = Rotation.from_quat(attitude, scalar_first=True).inv().apply([0.0, 0.0, -9.81])
+        return -np.cross(body.mass * np.array([value, 0.0, 0.0]), down)
+
+    return gap
+
+
+def lacking_disturbance(value):
+    def gap(body, attitude):
+        peak = np.abs(body.gravity(Rotation.from_rotvec(TILT).as_quat(scalar_first=True))).max()
+        return -value * peak * np.ones(3)
+
+    return gap
+
+
+@pytest.mark.parametrize(
+    ("axis", "lacking", "high"),
+    [("mass", lacking_mass, 2.0), ("com", lacking_shift, 0.01), ("disturbance", lacking_disturbance, 1.0)],
+)
+def test_the_crossing_of_computed_torque_at_rest_is_that_of_statics(nominal, axis, lacking, high):
+    bound, start = 0.5, 1.0 if axis == "mass" else 0.0
+    expected = brentq(lambda value: resting_tip_error(nominal, lacking(value)) - bound, start, high)
+    (edge,) = frontier({"ct": ComputedTorque()}, chosen_axes([axis]), HOLD, {}, bound=bound, tolerance=0.005)
+    assert edge.crossing.found is Found.CROSSING
+    slack = 0.006 * max(expected - start, edge.axis.first)
+    assert edge.misses == pytest.approx(expected, abs=slack)
+    assert edge.holds < edge.misses
+
+
+@pytest.fixture(scope="module")
+def edges():
+    laws = {"sliding": SlidingComputedTorque(), "ct": ComputedTorque()}
+    return frontier(laws, AXES, {}, {"duration": 2.4}, bound=0.2, tolerance=0.3, jobs=2)
+
+
+def test_the_bound_is_held_before_and_missed_at_the_crossing_on_every_axis(edges):
+    """Each axis does to the wrist what it says: built here from its own names."""
+    build = {
+        "mass": lambda v: {"mass_scale": v},
+        "com": lambda v: {"com_shift": (v, 0.0, 0.0)},
+        "disturbance": lambda v: {"disturbance": {"level": v}},
+        "delay": lambda v: {"sensing": {"delay": v}},
+        "noise": lambda v: {"sensing": {"attitude_noise": v}},
+    }
+    assert [(edge.law, edge.axis.name) for edge in edges] == [
+        (law, axis) for law in ("sliding", "ct") for axis in build
+    ]
+    for edge in edges:
+        assert edge.crossing.found is Found.CROSSING
+        perfect = {"mass_scale": 1.0, "disturbance": 0.0, "duration": 2.4}
+        law = {"sliding": "sliding_computed_torque", "ct": "computed_torque"}[edge.law]
+        held, missed = (
+            simulate(Experiment(**{**perfect, **build[edge.axis.name](value), "law": law}))
+            for value in (edge.holds, edge.misses)
+        )
+        assert held.metrics.max_tip_error_mm <= 0.2
+        assert missed.outcome.status != "completed" or missed.metrics.max_tip_error_mm > 0.2
+        assert edge.experiment == missed.experiment
+
+
+def test_the_number_of_threads_changes_no_bit(edges):
+    again = frontier(
+        {"sliding": SlidingComputedTorque()}, AXES, {}, {"duration": 2.4}, bound=0.2, tolerance=0.3, jobs=1
+    )
+    assert [edge.crossing for edge in again] == [edge.crossing for edge in edges[: len(AXES)]]
+
+
+def test_a_run_that_diverges_is_a_miss_and_the_experiment_comes_first():
+    laws, mass = {"ct": ComputedTorque()}, chosen_axes(["mass"])
+    (edge,) = frontier(laws, mass, {"disturbance": {"amplitude": 50.0}, "duration": 2.2}, {}, bound=1e9)
+    assert edge.crossing.found is Found.NOMINAL
+    assert edge.misses == 1.0
+    assert edge.experiment.disturbance.amplitude == 50.0
+    (edge,) = frontier(laws, mass, {"duration": 2.2}, {"mass_scale": 3.0, "payload": 0.01}, bound=1e9)
+    assert edge.crossing.found is Found.NEVER  # the axis takes the place of what the experiment says of it
+    assert edge.experiment.mass_scale == 10.0
+    assert edge.experiment.payload == 0.01
+    assert edge.experiment.disturbance.level == 0.0
+
+
+@pytest.mark.parametrize(
+    ("options", "said"), [({"bound": 0.0}, "bound"), ({"tolerance": 2.0}, "tolerance"), ({"jobs": 0}, "jobs")]
+)
+def test_a_frontier_without_sense_is_one_line(options, said):
+    with pytest.raises(WristError) as error:
+        frontier({"ct": ComputedTorque()}, AXES, {}, {"duration": 2.2}, **options)
+    assert said in one_line(error.value)
+    with pytest.raises(UnknownNameError, match="did you mean 'delay'"):
+        chosen_axes(["dely"])
+    with pytest.raises(WristError) as error:
+        frontier({"ct": ComputedTorque()}, AXES, {"sensing": {"dely": 1.0}}, {})
+    one_line(error.value)
+
+
+# --- the report
+
+MASS, COM = chosen_axes(["mass", "com"])
+
+
+def edge(law, axis, found, misses=None):
+    return Edge(law, axis, Crossing(found, 0.0, misses, (0.0,)), Experiment())
+
+
+def test_laws_are_ordered_by_their_mean_rank():
+    """Ranks by hand: a is 1 and 2, b is 2 and 1 … and the one that misses at once is last."""
+    crossing, never, nominal = Found.CROSSING, Found.NEVER, Found.NOMINAL
+    found = [
+        edge("c", MASS, nominal, 0.0), edge("c", COM, nominal, 0.0),
+        edge("a", MASS, never), edge("a", COM, crossing, 0.01),
+        edge("b", MASS, crossing, 0.5), edge("b", COM, crossing, 0.009),
+        edge("d", MASS, crossing, 0.4), edge("d", COM, crossing, 0.02),
+    ]  # fmt: skip
+    assert order(found, dict.fromkeys("cabd"), (MASS, COM)) == ["a", "d", "b", "c"]
+
+
+def table():
+    found = [
+        edge("a_law", MASS, Found.NEVER), edge("a_law", COM, Found.CROSSING, 0.01),
+        edge("b_law", MASS, Found.CROSSING, 0.5), edge("b_law", COM, Found.NOMINAL, 0.0),
+    ]  # fmt: skip
+    return told(found, {"a_law": ComputedTorque(), "b_law": ComputedTorque()}, (MASS, COM), 0.1, 0.02, 1.0)
+
+
+def test_bars_of_the_picture_end_at_the_crossings():
+    mass, com = frontier_picture(table(), (MASS, COM)).axes
+    for axes, names, ends, texts in (
+        (mass, ["b law", "a law"], [0.5, 9.0], ["1.5", "> 10"]),
+        (com, ["b law", "a law"], [None, 10.0], ["misses already at the nominal", "10"]),
+    ):
+        assert [label.get_text() for label in axes.get_yticklabels()] == names
+        for bar, end in zip(axes.patches, ends, strict=True):
+            assert bar.get_x() + bar.get_width() == pytest.approx(bar.get_x() if end is None else end)
+        assert [text.get_text() for text in axes.texts] == texts
+
+
+# --- the command line
+
+QUICK = ["--law", "pd", "--law", "sliding_computed_torque", "--axis", "mass", "--axis", "noise", "--duration", "2.2"]
+
+
+def test_json_has_the_promised_keys_and_its_commands_replay_the_miss(wrist):
+    code, out, err = wrist("frontier", *QUICK, "--bound", "0.2", "--tolerance", "0.1", "--json", "-o", "out")
+    given = json.loads(out)
+    assert (code, err) == (0, "")
+    assert set(given) == {"bound_mm", "tolerance", "axes", "laws", "versions", "files", "wall_time_s"}
+    assert (given["bound_mm"], given["tolerance"]) == (0.2, 0.1)
+    assert [axis["axis"] for axis in given["axes"]] == ["mass", "noise"]
+    sliding, pd = given["laws"]
+    assert [sliding["law"], pd["law"]] == ["sliding_computed_torque", "pd"]
+    assert {edge["found"] for edge in pd["edges"].values()} == {"misses already at the nominal"}
+    for edge in sliding["edges"].values():
+        assert edge["found"] == "crossing"
+        assert 0.0 < edge["holds"] < edge["misses"]
+        code, out, _ = wrist(*shlex.split(edge["command"])[1:], "--no-recording", "--json")
+        assert json.loads(out)["metrics"]["max_tip_error_mm"] > 0.2
+    assert json.loads(Path("out/frontier.json").read_text()) == given
+    assert {path.name for path in Path("out").iterdir()} == {"frontier.json", "frontier.png", "frontier.svg"}
+    assert imread("out/frontier.png").ndim == 3
+
+
+@pytest.mark.parametrize("width", [80, 120])
+def test_the_table_fits_the_terminal(wrist, monkeypatch, width):
+    monkeypatch.setenv("COLUMNS", str(width))
+    long = "adaptive_fuzzy_sliding_computed_torque Kp=400"
+    code, out, _ = wrist("frontier", "--law", long, *QUICK[4:], "--law", "pd", "--tolerance", "0.9", "--bound", "1")
+    assert code == 0
+    assert all(len(line) <= width for line in out.splitlines())
+    assert "nominal" in out
+    assert "[mrad]" in out
+    assert "…" not in "".join(line[45:] for line in out.splitlines())
+
+
+def test_the_law_that_holds_furthest_stands_out(wrist, monkeypatch):
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    monkeypatch.setenv("COLUMNS", "120")
+    _, out, _ = wrist("frontier", *QUICK, "--law", "computed_torque", "--tolerance", "0.9", "--bound", "1")
+    rows = [line for line in out.splitlines() if line.lstrip("\x1b[0m").startswith(("pd", "computed", "sliding"))]
+    assert len(rows) == 3
+    assert [row.count("\x1b[1;32m") for row in rows if "sliding" in row] == [1]
+    assert sum(row.count("\x1b[1;32m") for row in rows) == 2
+
+
+WRONG = [
+    ["--law", "computed_tork"],
+    ["--axis", "mas"],
+    ["--bound", "0"],
+    ["--bound", "nan"],
+    ["--tolerance", "1"],
+    ["--set", "mas_scale=1"],
+    ["--set", "law.K=1", "--law", "pd"],
+    ["--duration", "-1"],
+    ["--jobs", "0"],
+    ["-o", "e.toml"],
+    ["none.toml"],
+]
+
+
+@pytest.mark.parametrize("arguments", WRONG, ids=" ".join)
+def test_wrong_input_is_one_line_exit_code_2_and_writes_nothing(wrist, arguments):
+    Path("e.toml").write_text("mass_scale = 1\n")
+    code, out, err = wrist("frontier", *arguments)
+    assert (code, out) == (2, "")
+    assert err.startswith("wrist: error: ")
+    assert err.count("\n") == 1
+    assert [path.name for path in Path().iterdir()] == ["e.toml"]
+
+
+def test_ctrl_c_ends_with_its_exit_code_and_writes_nothing(wrist, monkeypatch):
+    def interrupted(*_, **__):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("spherical_wrist.comparison.threads.as_completed", interrupted)
+    code, out, err = wrist("frontier", *QUICK, "--duration", "3600", "-o", "out")
+    assert (code, out, err) == (130, "", "")
+    assert not list(Path("out").iterdir())

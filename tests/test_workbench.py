@@ -1,0 +1,252 @@
+"""What runs share: plants perturbed in place, laws and motions kept, metrics from the log; all without a trace."""
+
+from dataclasses import asdict
+
+import mujoco
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from bench import TOOL, mjcf, wrist_of
+from spherical_wrist import Experiment, simulate
+from spherical_wrist.experiment.simulate import measured
+from spherical_wrist.metrics import LogMeter, Meter, measure
+from spherical_wrist.plant import Perturbation, perturbed
+from spherical_wrist.reference import Lissajous
+from spherical_wrist.simulation.closed_loop import ClosedLoop, Start
+from spherical_wrist.simulation.engine import interpreted_engine
+from spherical_wrist.simulation.physics import physics_model
+from spherical_wrist.simulation.plant_model import Parts, PlantModel, whole
+from spherical_wrist.simulation.series import Series
+from spherical_wrist.simulation.timing import Timing
+from spherical_wrist.simulation.workbench import Memory, Workbench, machine_of
+from spherical_wrist.wrist import Wrist
+
+CENTRED = mjcf('<site name="tip" pos="0 0 -0.1"/>').replace('pos="0.001 0.002 0"', "")
+CENTRED = CENTRED.replace('pos="0.002 -0.001 0.003"', "").replace('name="rotor" pos="0.01 0.02 0.3"', 'name="rotor"')
+TOUCHING = TOOL.replace("<geom", '<geom contype="1" conaffinity="1"')
+WRISTS = {
+    "the package's": Wrist.load(),
+    "without symmetry": wrist_of(mjcf()),
+    "with its centre of mass in the joint": wrist_of(CENTRED),
+    "with geometry that may touch": wrist_of(mjcf(TOUCHING)),
+    "with a joint limit": wrist_of(mjcf(joint='range="0 1" limited="true" frictionloss="1e-3"')),
+}
+AXES = {"body_inertia", "body_iquat", "geom_sameframe", "site_sameframe"}
+"""Principal axes have no order and no sign; what they stand for is compared as a tensor."""
+UNUSED = {"cam_poscom0", "light_poscom0", "extent", "center", "meaninertia", "meanmass", "meansize"}
+
+small = st.floats(-2e-3, 2e-3)
+changes = st.builds(
+    Perturbation,
+    mass_scale=st.floats(0.3, 3.0),
+    com_shift=st.tuples(small, small, small),
+    payload=st.sampled_from([0.0, 0.02]),
+    friction=st.sampled_from([0.0, 1e-3]),
+    damping=st.sampled_from([0.0, 1e-3]),
+)
+
+
+def fields(struct):
+    for name in dir(struct):
+        value = getattr(struct, name) if not name.startswith("_") else None
+        if isinstance(value, np.ndarray | int | float) and not isinstance(value, bool):
+            yield name, np.asarray(value)
+
+
+def tensor(model):
+    body, axes = model.jnt_bodyid[0], np.empty(9)
+    mujoco.mju_quat2Mat(axes, model.body_iquat[body])
+    axes = axes.reshape(3, 3)
+    return axes @ np.diag(model.body_inertia[body]) @ axes.T
+
+
+@pytest.mark.parametrize("wrist", WRISTS.values(), ids=WRISTS)
+@settings(max_examples=15)
+@given(change=changes, before=changes)
+def test_a_plant_perturbed_in_place_is_the_compiled_one(wrist, change, before):
+    plant = PlantModel(wrist, 5e-4)
+    plant.perturb(before)
+    plant.perturb(change)
+    ours, theirs = plant.model, physics_model(perturbed(wrist, change), 5e-4)
+    if theirs.ngeom > ours.ngeom:  # the payload is drawn where nothing visual can be left out
+        return
+    for mine, other in ((ours, theirs), (ours.opt, theirs.opt), (ours.stat, theirs.stat)):
+        names = dict(fields(other))
+        for name, value in fields(mine):
+            if name not in AXES | UNUSED and value.dtype.kind in "if":
+                np.testing.assert_allclose(value, names[name], rtol=1e-9, atol=1e-15, err_msg=name)
+    made = mujoco.MjData(ours)
+    for name in ("qpos", "qvel", "qacc_warmstart", "qfrc_applied", "ctrl", "time"):
+        np.testing.assert_array_equal(getattr(plant.data, name), getattr(made, name))
+    np.testing.assert_allclose(tensor(ours), tensor(theirs), rtol=1e-12, atol=1e-12 * tensor(theirs).max())
+
+
+def states(model, data, count=50):
+    mujoco.mj_resetData(model, data)
+    data.qpos[:], data.qvel[:] = [0.8, 0.2, -0.4, 0.4], [1.0, -2.0, 3.0]
+    found = []
+    for k in range(count):
+        data.ctrl[:] = 0.01 * np.sin([k, 2 * k, 3 * k])
+        mujoco.mj_step(model, data)
+        found.append(np.concatenate([data.qpos, data.qvel]))
+    return np.array(found)
+
+
+@pytest.mark.parametrize("wrist", WRISTS.values(), ids=WRISTS)
+def test_it_moves_as_the_compiled_one_and_leaves_no_trace(wrist):
+    change = Perturbation(1.4, (1e-3, -2e-3, 5e-4), 0.0, 2e-3, 1e-4)
+    plant, fresh = PlantModel(wrist, 1e-3), PlantModel(wrist, 1e-3)
+    for each in (Perturbation(0.5, (1e-3, 0.0, 0.0), 0.03), Perturbation(friction=0.01), change):
+        plant.perturb(each)
+        moved = states(plant.model, plant.data)
+    compiled = physics_model(perturbed(wrist, change), 1e-3)
+    np.testing.assert_allclose(moved, states(compiled, mujoco.MjData(compiled)), rtol=1e-9, atol=1e-9)
+    fresh.perturb(change)
+    assert moved.tobytes() == states(fresh.model, fresh.data).tobytes()
+
+
+def test_the_whole_of_two_masses_is_the_reduced_mass_formula():
+    """Two points m at ±a on x: J = 2 m a² across; a third at the tip moves the centre and adds m₁ m₂/(m₁ + m₂) d²."""
+    zero = np.zeros((2, 3, 3))
+    centres, turns = np.array([[0.1, 0.0, 0.0], [-0.1, 0.0, 0.0]]), np.array([np.eye(3), np.eye(3)])
+    parts = Parts(np.array([0.5, 0.5]), centres, turns, zero, np.array([0.0, 0.0, -0.2]))
+    mass, centre, inertia = whole(parts, Perturbation(mass_scale=2.0, com_shift=(0.0, 0.3, 0.0)))
+    assert (mass, centre.tolist()) == (2.0, [0.0, 0.3, 0.0])
+    np.testing.assert_allclose(inertia, np.diag([0.0, 0.02, 0.02]), atol=1e-15)
+    mass, centre, inertia = whole(parts, Perturbation(payload=0.25))
+    assert mass == 1.25
+    np.testing.assert_allclose(centre, [0.0, 0.0, -0.04], atol=1e-15)
+    reduced = 1.0 * 0.25 / 1.25 * 0.2**2
+    np.testing.assert_allclose(inertia, np.diag([reduced, 0.01 + reduced, 0.01]), atol=1e-15)
+
+
+def test_turned_parts_are_shifted_in_their_own_frames():
+    quarter = np.array([[[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]])
+    parts = Parts(np.ones(1), np.zeros((1, 3)), quarter, np.zeros((1, 3, 3)), np.zeros(3))
+    _, centre, _ = whole(parts, Perturbation(com_shift=(0.1, 0.0, 0.0)))
+    np.testing.assert_allclose(centre, [0.0, 0.1, 0.0], atol=1e-15)
+
+
+def experiments():
+    base = Experiment(duration=0.04, control_period=0.001)
+    return [
+        base,
+        base.replaced(mass_scale=0.6, friction=2e-3),
+        base.replaced(law="pd", disturbance={"name": "noise", "level": 0.3}, seed=3),
+        base.replaced(law="pd", disturbance={"name": "noise", "level": 0.3}, seed=4),
+        base.replaced(reference="step", disturbance={"amplitude": 0.01}, duration=0.09),
+        base.replaced(reference={"name": "lissajous", "frequency": 0.9}, payload=0.02),
+        base.replaced(sensing="realistic", actuation="realistic", seed=5),
+        base.replaced(law="adaptive_fuzzy_sliding_computed_torque", control_period=0.002, initial_error=0.1),
+        base.replaced(law={"name": "computed_torque", "Kp": 900}, physics_period=0.0005),
+        base.replaced(initial_rate_error=(0.0, 900.0, 0.0), law={"name": "computed_torque", "Kv": 9000}),
+        base.replaced(law="sliding_mode", actuation="spherical_motor", com_shift=(1e-3, 0.0, 0.0)),
+    ]
+
+
+EXPERIMENTS = experiments()
+ALONE = [simulate(experiment) for experiment in EXPERIMENTS]
+BENCH = Workbench()
+
+
+@given(order=st.lists(st.integers(0, len(EXPERIMENTS) - 1), min_size=1, max_size=6))
+def test_a_run_is_the_same_whatever_was_on_the_bench_before(order):
+    for number in order:
+        found, alone = measured(EXPERIMENTS[number], BENCH), ALONE[number]
+        assert (found.outcome, found.metrics) == (alone.outcome, alone.metrics)
+
+
+def test_series_are_the_same_too_and_stay_when_the_bench_is_used_again():
+    bench, kept = Workbench(), []
+    for number in (0, 6, 4, 0):
+        pieces = []
+        measured(EXPERIMENTS[number], bench, lambda loop, logged, to=pieces: to.append(loop.series(logged)))
+        kept.append((number, Series.joined(pieces)))
+    for number, series in kept:
+        for name, array in series.arrays().items():
+            assert array.tobytes() == getattr(ALONE[number], name).tobytes(), name
+
+
+def test_the_loop_of_a_bench_is_that_of_compiled_wrists():
+    experiment = EXPERIMENTS[6]
+    nominal, timing, bench = experiment.nominal(), Timing.of(0.2, 1e-3, 1e-3), Workbench()
+    parts = (experiment.law, Lissajous(), lambda time: np.full((len(time), 3), 0.004), timing, bench.engine, Start())
+    plant = perturbed(nominal, experiment.perturbation)
+    machines = machine_of(plant, nominal, timing, bench.engine), bench.machine(None, experiment.perturbation, timing)
+    compiled, ours = (ClosedLoop(nominal, nominal, *parts, experiment.hardware, bench, machine) for machine in machines)
+    a, b = compiled.advance(), ours.advance()
+    for name, array in a.arrays().items():
+        np.testing.assert_allclose(getattr(b, name), array, rtol=1e-6, atol=1e-8, err_msg=name)
+
+
+def same(one, other):
+    for name, value in asdict(one).items():
+        theirs = getattr(other, name)
+        assert value is theirs is None or value == pytest.approx(theirs, rel=1e-11, abs=1e-14), name
+
+
+@pytest.mark.parametrize("run", ALONE, ids=range(len(ALONE)))
+def test_metrics_from_the_log_are_those_of_the_series(run):
+    same(run.metrics, measure(run, run.measurement))
+
+
+def pieces_of(experiment, bench):
+    found = []
+    measured(experiment, bench, lambda loop, logged: found.append((logged, loop.series(logged))))
+    return found
+
+
+@pytest.mark.parametrize("number", [0, 6, 9])
+def test_metrics_do_not_depend_on_the_pieces(number):
+    experiment = EXPERIMENTS[number].replaced(duration=0.02)
+    measurement = experiment.measurement(experiment.nominal())
+    ((logged, series),) = pieces_of(experiment, BENCH)
+    whole_log, parted, interpreted = (
+        LogMeter(measurement, engine) for engine in (BENCH.engine, BENCH.engine, interpreted_engine())
+    )
+    whole_log.add(logged)
+    interpreted.add(logged)
+    meter = Meter(measurement)
+    for first in range(0, len(series), 7):
+        parted.add(type(logged)(*(array[first : first + 7] for array in logged)))
+        meter.add(series.rows(slice(first, first + 7)))
+    assert whole_log.result() == parted.result()
+    for other in (interpreted, meter):
+        same(whole_log.result(), other.result())
+
+
+def test_what_is_not_a_number_is_not_passed_over():
+    measurement = EXPERIMENTS[0].measurement(EXPERIMENTS[0].nominal())
+    ((logged, series),) = pieces_of(EXPERIMENTS[0], BENCH)
+    for row in (25, 30, len(series) - 1):
+        log, error = logged.log.copy(), series.error.copy()
+        log["error"][row] = error[row] = np.nan
+        ours, theirs = LogMeter(measurement, BENCH.engine), Meter(measurement)
+        ours.add(logged._replace(log=log))
+        theirs.add(Series(**{**series.arrays(), "error": error}))
+        for found in (ours.result(), theirs.result()):
+            assert np.isnan([found.rms_error_rad, found.max_error_rad]).all()
+            assert np.isfinite([found.rms_tip_error_mm, found.max_tip_error_mm, found.peak_torque_Nm]).all()
+
+
+def test_a_memory_keeps_the_last_few_things():
+    made, memory = [], Memory(2)
+
+    def get(key):
+        return memory.get(key, lambda: made.append(key) or len(made))
+
+    assert [get(key) for key in "abab"] == [1, 2, 1, 2]
+    assert [get(key) for key in "cba"] == [3, 2, 4]
+    assert made == ["a", "b", "c", "a"]
+    assert memory.get([], lambda: "no hash") == "no hash"
+
+
+def test_laws_are_tried_and_packed_once_for_each():
+    bench = Workbench()
+    law = EXPERIMENTS[0].law
+    assert bench.law(law) is bench.law(law)
+    assert bench.law(law.replaced(K=0.01)).packed.tobytes() != bench.law(law).packed.tobytes()
+    measured(EXPERIMENTS[0], bench)
+    assert bench.tried == {type(law)}
