@@ -405,7 +405,12 @@ def test_folders_that_cannot_be_used_are_refused_in_one_line(tmp_path):
         base.execute("CREATE TABLE studies (something INTEGER)")
     base.close()
     (tmp_path / "file").write_text("")
-    for name in ("text", "foreign", "file"):
+    (tmp_path / "other").mkdir()
+    other = optuna.create_study(
+        study_name="tune", storage=f"sqlite:///{tmp_path}/other/tune.db", directions=["minimize", "minimize"]
+    )
+    other.add_trial(optuna.trial.create_trial(values=[1.0, 2.0]))
+    for name in ("text", "foreign", "file", "other"):
         with pytest.raises(WristError) as caught:
             tune(search, tmp_path / name, 1)
         assert name in one_line(caught.value)
@@ -514,10 +519,8 @@ def test_the_picture_marks_default_front_and_choices(tmp_path):
     assert front.get_ydata() == pytest.approx([3.0, 1.0, 0.5, 0.3])
     others = next(line for label, line in lines.items() if label.startswith("other gains"))
     assert others.get_xydata() == pytest.approx(np.array([[1.0, 1.0], [5.0, 5.0]]))
-    assert {text.get_text() for text in upper.texts} == {
-        "trial 1, more precise: error × 0.5",
-        "trial 2, calmer: chattering × 0.5",
-    }
+    assert lines["trial 1, more precise: error × 0.5"].get_xydata().tolist() == [[1.0, 0.5]]
+    assert lines["trial 2, calmer: chattering × 0.5"].get_xydata().tolist() == [[0.5, 1.0]]
     assert [label.get_text() for label in lower.get_yticklabels()] == ["P"]
     drawing.savefig(tmp_path / "front.png")
     assert imread(tmp_path / "front.png").std() > 0.01

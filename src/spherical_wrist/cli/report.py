@@ -1,5 +1,8 @@
 """``wrist report``: what a campaign has shown, as a page or as JSON."""
 
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -27,7 +30,8 @@ def report_campaign(path: Path, bound: float, output: Path | None, as_json: bool
     Raises:
         WristError: there is no campaign or no episode, it cannot be read, or the page cannot be written.
     """
-    told, curves = findings(Folder.open(path), bound)
+    with _waiting():
+        told, curves = findings(Folder.open(path), bound)
     if output is None and not as_json:
         output = path / PAGE
     if output is not None:
@@ -38,6 +42,16 @@ def report_campaign(path: Path, bound: float, output: Path | None, as_json: bool
         print_json(told)
     else:
         _print(told, output)
+
+
+@contextmanager
+def _waiting() -> Iterator[None]:
+    """Shows on a terminal that something goes on: a million episodes take some seconds."""
+    if not sys.stderr.isatty():
+        yield
+        return
+    with Console(stderr=True).status("reading the episodes"):
+        yield
 
 
 def _print(told: dict[str, Any], output: Path | None) -> None:

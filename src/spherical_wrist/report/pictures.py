@@ -59,6 +59,7 @@ def distribution(curves: Mapping[str, Sequence[tuple[float, float]]], label: str
         shown = [(x, y) for x, y in points if x > 0.0]
         panel.plot(*_columns(shown), drawstyle="steps-post", color=colour, linestyle=dash)
     panel.set(xscale="log", xlabel=label, ylabel="share of episodes up to it", ylim=(-0.02, 1.02))
+    _plain_decades(panel)
     return _finished(drawing, caption)
 
 
@@ -78,6 +79,7 @@ def exceedance(curves: Mapping[str, Sequence[tuple[float, float]]], label: str, 
         panel.set_yscale("log")
     panel.yaxis.set_major_formatter("{x:g}")
     panel.yaxis.set_minor_formatter(NullFormatter())
+    _plain_decades(panel)
     return _finished(drawing, caption)
 
 
@@ -137,6 +139,15 @@ def bars(rows: Sequence[Mapping[str, Any]], colour: str, caption: str) -> Pictur
     panel.set_axisbelow(True)
     panel.tick_params(axis="y", length=0)
     return _finished(drawing, caption)
+
+
+def _plain_decades(panel: Axes) -> None:
+    """Labels at 1, 2 and 5 where a logarithmic axis spans few decades; else matplotlib's would overlap."""
+    low, high = panel.get_xlim()
+    if high < 100.0 * low:
+        panel.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        panel.xaxis.set_major_formatter("{x:.3g}")
+    panel.xaxis.set_minor_formatter(NullFormatter())
 
 
 def _few_ticks(axis: Axis, ends: tuple[float, float]) -> None:

@@ -6,7 +6,7 @@ from concurrent.futures import CancelledError, ThreadPoolExecutor, as_completed
 from typing import TypeVar
 
 from spherical_wrist.comparison.threads import Progress, cores
-from spherical_wrist.errors import ParameterError
+from spherical_wrist.errors import ParameterError, WristError
 from spherical_wrist.experiment.description import Experiment
 from spherical_wrist.experiment.simulate import Measured, measured
 from spherical_wrist.simulation.outcome import Status
@@ -55,6 +55,9 @@ class Benches:
         """
         halted = threading.Event()
 
+        def stopping() -> bool:
+            return halted.is_set() or self._stop()
+
         def on_a_bench(item: Item) -> Result:
             try:
                 bench = self._idle.pop()
@@ -62,7 +65,12 @@ class Benches:
                 bench = Workbench()
 
             def run(experiment: Experiment) -> Measured:
-                found = measured(experiment, bench, stop=lambda: halted.is_set() or self._stop())
+                try:
+                    found = measured(experiment, bench, stop=stopping)
+                except WristError:
+                    if stopping():  # the peak torque of a motion that was cut short is no size of a disturbance
+                        raise CancelledError from None
+                    raise
                 if found.outcome.status is Status.INTERRUPTED:
                     raise CancelledError
                 return found

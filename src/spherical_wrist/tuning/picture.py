@@ -13,10 +13,10 @@ from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter
 
 from spherical_wrist.comparison.picture import BEATEN, FAILED, FRONT, LABEL_SIZE, STYLE
 
-MARKERS = {"precise": "^", "calm": "o"}
+MARKERS = {"precise": "^", "calm": "s"}
 WORDS = {"precise": "more precise", "calm": "calmer"}
 X, Y = "chattering_Nm_per_s", "rms_error_rad"
-FURTHEST = 30.0
+FURTHEST = 10.0
 """How many times worse than the edges of the front a point may be to be shown."""
 
 
@@ -54,7 +54,7 @@ def _front(panel: Axes, table: Mapping[str, Any]) -> None:
         markeredgewidth=0.0, label="other gains that were tried",
     )  # fmt: skip
     panel.plot(
-        [point[Y] for point in front], [point[X] for point in front], "o", color=FRONT, drawstyle="steps-post",
+        [point[X] for point in front], [point[Y] for point in front], "o", color=FRONT, drawstyle="steps-post",
         linestyle="-", linewidth=1.0, markersize=4.5, label="Pareto front: none is better in both",
     )  # fmt: skip
     if default[X] is not None:
@@ -64,11 +64,22 @@ def _front(panel: Axes, table: Mapping[str, Any]) -> None:
         )  # fmt: skip
         panel.axvline(default[X], color=FAILED, linewidth=0.7, alpha=0.5, zorder=0)
         panel.axhline(default[Y], color=FAILED, linewidth=0.7, alpha=0.5, zorder=0)
-    for key in MARKERS:
-        _name(panel, table, key)
-    panel.legend(fontsize=LABEL_SIZE, loc="upper right")
+    for key, marker in MARKERS.items():
+        for point in _chosen(table, key):
+            figure = "error" if key == "precise" else "chattering"
+            label = f"trial {point['trial']}, {WORDS[key]}: {figure} × {point[f'{figure}_ratio']:.2g}"
+            panel.plot(
+                point[X], point[Y], marker, color=FRONT, markersize=8.0, markeredgecolor="white", linestyle="",
+                label=label,
+            )  # fmt: skip
+    panel.legend(fontsize=LABEL_SIZE, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2)
     _ticks(panel.xaxis, panel.get_xlim())
     _ticks(panel.yaxis, panel.get_ylim())
+
+
+def _chosen(table: Mapping[str, Any], key: str) -> list[Mapping[str, Any]]:
+    """The trial that beats the default gains in one figure without losing in the other, where there is one."""
+    return [point for point in table["front"] if point["trial"] == table[key] and point["trial"] != 0]
 
 
 def _ticks(axis: Axis, ends: tuple[float, float]) -> None:
@@ -106,9 +117,8 @@ def _gains(panel: Axes, table: Mapping[str, Any]) -> None:
         if factors:
             panel.plot(np.quantile(factors, (0.25, 0.75)), (row, row), color=FRONT, alpha=0.4, linewidth=6.0,
                        solid_capstyle="butt")  # fmt: skip
-        for (key, marker), aside in zip(MARKERS.items(), (-0.13, 0.13), strict=True):
-            chosen = [point for point in table["front"] if point["trial"] == table[key] and point["trial"] != 0]
-            factors = [point["values"][each["name"]] / each["default"] for point in chosen]
+        for (key, marker), aside in zip(MARKERS.items(), (-0.12, 0.12), strict=True):
+            factors = [point["values"][each["name"]] / each["default"] for point in _chosen(table, key)]
             panel.plot(
                 factors, [row + aside] * len(factors), marker, color=FRONT, markersize=6.0, markeredgecolor="white"
             )

@@ -33,7 +33,7 @@ def proposed_scores(
     benches: Benches,
     progress: Progress = _unheard,
 ) -> list[Score]:
-    """The scores of values of the ranges. Values that the law refuses, and cases in which it raises, are infeasible.
+    """The scores of values of the ranges. Values that the law refuses, and cases that it fails, are infeasible.
 
     Args:
         space: the law and its ranges.
@@ -86,7 +86,7 @@ def _figures(case: Case, law: Law, family: Family, run: Measure) -> Figures:
 def _tolerant(case: Case, law: Law, family: Family, run: Measure) -> Figures:
     try:
         return _figures(case, law, family, run)
-    except LawError:
+    except (LawError, ParameterError):
         return Figures("failed")
 
 

@@ -21,7 +21,7 @@ from spherical_wrist.tuning.sameness import check_same
 from spherical_wrist.tuning.scoring import idle_ranges, proposed_scores, scores_of
 from spherical_wrist.tuning.study import SamplerName, Study, Trial
 
-FILE, START = "tune.db", "start"
+FILE, START = "tune.db", "wrist tune"
 
 
 class Search(NamedTuple):

@@ -32,7 +32,7 @@ POPULATION = 24
 """Trials of a generation of NSGA-II: whole batches."""
 NAME = "tune"
 DIRECTIONS: list[Literal["minimize", "maximize"]] = ["minimize", "minimize"]
-SCORE, VIOLATION = "score", "cases not completed"
+SCORE, VIOLATION = "wrist tune", "cases not completed"
 SAMPLERS: dict[SamplerName, Callable[[int], optuna.samplers.BaseSampler]] = {
     "nsga2": lambda seed: optuna.samplers.NSGAIISampler(population_size=POPULATION, seed=seed),
     "tpe": lambda seed: optuna.samplers.TPESampler(multivariate=True, constant_liar=True, seed=seed),
@@ -85,6 +85,9 @@ class Study:
                 study_name=NAME, storage=self._storage, directions=DIRECTIONS, load_if_exists=True
             )
             self._stored.set_metric_names(["RMS error [rad]", "chattering [N·m per s]"])
+        if any(SCORE not in each.user_attrs for each in self._done()):
+            self.close()
+            raise ParameterError(f"study {str(file)!r} was not made by wrist tune: give another folder with -o")
 
     def close(self) -> None:
         """Lets go of the file."""
