@@ -294,3 +294,10 @@ def test_a_parameter_with_a_name_that_records_keep_is_refused(tmp_path):
     with pytest.raises(LawError) as caught:
         simulate(Experiment(law=f"{tmp_path / 'law.py'}:Spring", duration=0.1))
     assert "cannot be called 'mean'" in one_line(caught.value)
+
+
+def test_stopping_before_the_first_period_is_an_interruption_and_no_complaint():
+    """The pass that finds the disturbance's size is cut short then: nothing may follow from what it found."""
+    run = simulate(Experiment(duration=100.0), stop=lambda: True)
+    assert run.outcome.status is Status.INTERRUPTED
+    assert (run.outcome.time, len(run), run.metrics.rms_error_rad) == (0.0, 0, None)

@@ -123,6 +123,12 @@ def told(tmp_path_factory):
     return folder, rows, found, curves
 
 
+@pytest.fixture(scope="module")
+def shown(told):
+    """The page of that campaign."""
+    return page(told[2], told[3])
+
+
 def errors_of(rows, law, metric="rms_error_rad"):
     """Figures of a law by sample, infinite where the run did not complete; without invalid ones."""
     return {
@@ -490,8 +496,8 @@ def numbers_in(value):
         yield float(value)
 
 
-def test_the_page_is_well_formed_and_needs_nothing_else(told):
-    text = page(told[2], told[3])
+def test_the_page_is_well_formed_and_needs_nothing_else(told, shown):
+    text = shown
     checker = well_formed(text)
     assert not {"script", "link", "img", "iframe", "object", "base"} & {tag for tag, _ in checker.seen}
     assert "http" not in text
@@ -505,9 +511,8 @@ def test_the_page_is_well_formed_and_needs_nothing_else(told):
     assert text == page(*findings(told[0], 0.1))
 
 
-def test_the_figures_of_the_page_are_those_of_the_json(told):
-    found = told[2]
-    text = page(found, told[3])
+def test_the_figures_of_the_page_are_those_of_the_json(told, shown):
+    found, text = told[2], shown
     shown = well_formed(text).data
     known = set(numbers_in(found))
     assert set(shown) <= known
@@ -576,12 +581,12 @@ def test_a_picture_in_the_page_takes_its_colours_and_keeps_its_text():
 # --- the command
 
 
-def test_the_command_writes_the_page_and_prints_the_same_as_json(wrist, told, tmp_path):
+def test_the_command_writes_the_page_and_prints_the_same_as_json(wrist, told, shown, tmp_path):
     folder = told[0].path
     code, out, err = wrist("report", folder)
     assert (code, err) == (0, "")
     assert "600 of 600 episodes, complete" in out
-    assert (folder / "report.html").read_text() == page(told[2], told[3])
+    assert (folder / "report.html").read_text() == shown
     code, out, _ = wrist("report", folder, "--json", "--bound", "0.2", "-o", "other.html")
     table = json.loads(out)
     assert table["bound_mm"] == 0.2

@@ -291,14 +291,14 @@ def test_of_equal_gains_the_first_is_on_the_front():
 @pytest.mark.parametrize("sampler", ["tpe", "nsga2"])
 def test_a_study_that_was_stopped_and_continued_is_the_one_that_ran_through_on_any_number_of_threads(tmp_path, sampler):
     search = search_of(PD(), sampler=sampler)
-    steps = (3, 8, 13, 20) if sampler == "tpe" else (3, 8, 23, 30)
+    steps = (3, 8, 11) if sampler == "tpe" else (3, 22, 26)
     whole = tune(search, tmp_path / "whole", steps[-1], jobs=2)
     for trials in steps:
         parts = tune(search, tmp_path / "parts", trials, jobs=1)
         assert len(parts.trials) == trials
     assert outcome(parts) == outcome(whole)
     assert whole.trials[0].values == search.space.defaults
-    assert len({tuple(trial.values.values()) for trial in whole.trials}) > 10
+    assert len({tuple(trial.values.values()) for trial in whole.trials}) > steps[-1] // 2
     other = tune(search_of(PD(), sampler=sampler, seed=1), tmp_path / "other", 8)
     assert outcome(other)[0] == outcome(whole)[0]
     assert outcome(other)[1:] != outcome(whole)[1:8]
@@ -306,7 +306,7 @@ def test_a_study_that_was_stopped_and_continued_is_the_one_that_ran_through_on_a
 
 def test_interrupted_at_any_moment_it_keeps_what_is_done_and_goes_on(tmp_path):
     search = search_of(PD())
-    whole = tune(search, tmp_path / "whole", 20)
+    whole = tune(search, tmp_path / "whole", 12)
     assert not whole.stopped
     asked = []
 
@@ -314,15 +314,15 @@ def test_interrupted_at_any_moment_it_keeps_what_is_done_and_goes_on(tmp_path):
         asked.append(0)
         return len(asked) > after
 
-    part = tune(search, tmp_path / "part", 20, stop=lambda: tired(36))
+    part = tune(search, tmp_path / "part", 12, stop=lambda: tired(28))
     assert part.stopped
-    assert 0 < len(part.trials) < 20
+    assert 0 < len(part.trials) < 12
     assert outcome(part) == outcome(whole)[: len(part.trials)]
-    assert outcome(tune(search, tmp_path / "part", 20)) == outcome(whole)
+    assert outcome(tune(search, tmp_path / "part", 12)) == outcome(whole)
     for early in (2, 16):
         asked.clear()
-        assert tune(search, tmp_path / "early", 20, stop=lambda after=early: tired(after)) is None
-    assert outcome(tune(search, tmp_path / "early", 20)) == outcome(whole)
+        assert tune(search, tmp_path / "early", 12, stop=lambda after=early: tired(after)) is None
+    assert outcome(tune(search, tmp_path / "early", 12)) == outcome(whole)
 
 
 def test_the_search_comes_close_to_the_front_of_a_fine_grid(tmp_path):
@@ -442,14 +442,14 @@ QUICK = ["--case", "constant-heavy", "--case", "attitude-noise", "--duration", "
 
 
 def test_every_file_of_the_front_reproduces_its_figures_and_runs(wrist, tmp_path):
-    code, out, err = wrist("tune", "pd", *QUICK, "--trials", "12", "-o", "out", "--json")
+    code, out, err = wrist("tune", "pd", *QUICK, "--trials", "8", "-o", "out", "--json")
     assert (code, err) == (0, "")
     table = json.loads(out)
     assert table == json.loads((tmp_path / "out" / "tune.json").read_text())
     assert sorted(table["files"]) == sorted(
         str(path.relative_to("out")) for path in Path("out").rglob("*") if path.is_file() and path.name != ".lock"
     )
-    assert table["trials"] == 12
+    assert table["trials"] == 8
     assert table["default"]["trial"] == 0
     assert table["default"]["parameters"] == {k: list(v) for k, v in PD().model_dump().items() if k != "name"}
     assert len(table["front"]) > 1

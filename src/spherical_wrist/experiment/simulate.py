@@ -11,12 +11,14 @@ from spherical_wrist.experiment.description import Experiment
 from spherical_wrist.experiment.run import Run, versions
 from spherical_wrist.metrics import LogMeter, Measurement, Metrics
 from spherical_wrist.simulation.closed_loop import ClosedLoop
-from spherical_wrist.simulation.engine import compiled_engine, interpreted_engine
+from spherical_wrist.simulation.engine import Engine, compiled_engine, interpreted_engine
 from spherical_wrist.simulation.logged import Logged
-from spherical_wrist.simulation.nominal import peak_torque
+from spherical_wrist.simulation.nominal import Motion, peak_torque
 from spherical_wrist.simulation.outcome import Outcome, Status
 from spherical_wrist.simulation.series import Series
+from spherical_wrist.simulation.timing import Timing
 from spherical_wrist.simulation.workbench import Sampled, Workbench
+from spherical_wrist.wrist import Wrist
 
 
 def simulate(
@@ -113,16 +115,20 @@ def measured(
     drawn = experiment.drawn_reference
     reference = Sampled(drawn, bench)
     peak, load = 0.0, experiment.disturbance
+    measurement = experiment.measurement(nominal)
     if load.amplitude is None and load.level > 0.0:
-        peak = bench.value(
-            ("peak", experiment.model, drawn, timing), lambda: peak_torque(nominal, reference, timing, engine, stop)
-        )
+        try:
+            peak = bench.value(
+                ("peak", experiment.model, drawn, timing), lambda: _peak(nominal, reference, timing, engine, stop)
+            )
+        except _StoppedError:
+            nothing = LogMeter(measurement, engine).result()
+            return Measured(Outcome(Status.INTERRUPTED, 0.0, "stopped on request"), nothing, measurement, 0.0)
     torque = load.torque(peak, np.random.default_rng(seed))
     disturbance = bench.sampled(("torque", load, peak, seed), torque)
     machine = bench.machine(experiment.model, experiment.perturbation, timing)
     parts = (law, reference, disturbance, timing, engine, experiment.start, experiment.hardware)
     loop = ClosedLoop(nominal, nominal, *parts, bench, machine)
-    measurement = experiment.measurement(nominal)
     meter, outcome = LogMeter(measurement, engine), None
     began = time.perf_counter()
     while outcome is None:
@@ -134,3 +140,26 @@ def measured(
         keep(loop, logged)
         outcome = loop.outcome
     return Measured(outcome, meter.result(), measurement, time.perf_counter() - began)
+
+
+class _StoppedError(Exception):
+    """Stopped before there was a peak to go on with."""
+
+
+def _peak(nominal: Wrist, reference: Motion, timing: Timing, engine: Engine, stop: Callable[[], bool]) -> float:
+    """See ``peak_torque``; a peak that was cut short must not be remembered.
+
+    Raises:
+        _StoppedError: asked to stop.
+    """
+    stopped: list[bool] = []
+
+    def halted() -> bool:
+        if stop():
+            stopped.append(True)
+        return bool(stopped)
+
+    peak = peak_torque(nominal, reference, timing, engine, halted)
+    if stopped:
+        raise _StoppedError
+    return peak
