@@ -1,4 +1,4 @@
-"""Episodes as Parquet files, one for each batch, and queries over them. The only room that imports pyarrow and DuckDB.
+"""Episodes as Parquet files, one for each batch, and queries over them.
 
 A row is an episode: ``id``, ``sample``, ``law`` (its label), ``seed``, the varied parameters by their dotted names,
 ``outcome`` (completed, diverged, failed or invalid), ``ended_at_s``, ``reason``, and the metrics by name. A failed
