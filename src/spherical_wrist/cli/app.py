@@ -54,6 +54,11 @@ def run(
     ] = None,
     seed: Annotated[int | None, Option(help="seed of everything random [0]")] = None,
     model: Annotated[Path | None, Option(metavar="FILE.xml", help="MJCF of the wrist [the package's own]")] = None,
+    joint: Annotated[str | None, Option(metavar="NAME", help="ball joint of a model that has several")] = None,
+    motors: Annotated[
+        str | None, Option(metavar="A,B,C", help="motors on that joint, of a model that has more than three")
+    ] = None,
+    tip: Annotated[str | None, Option(metavar="SITE", help="site of the tool tip [tip]")] = None,
     set_: Annotated[
         list[str] | None,
         Option(
@@ -89,6 +94,9 @@ def run(
         "control_period": control_period,
         "seed": seed,
         "model": model,
+        "joint": joint,
+        "motors": motors,
+        "tip": tip,
     }
     changes = {name: value for name, value in given.items() if value is not None}
     if disturbance is not None:

@@ -27,6 +27,9 @@ OPTIONS = {
     "control_period": "--control-period",
     "seed": "--seed",
     "model": "--model",
+    "joint": "--joint",
+    "motors": "--motors",
+    "tip": "--tip",
 }
 """Parameters that have an option of their own; the rest go through ``--set``."""
 
@@ -142,7 +145,9 @@ def _shortest(owner: Parameters, name: str) -> Any:
 def _setting(name: str, value: Any) -> Iterator[str]:
     if value is None:
         raise ParameterError(f"{name} = None cannot be written on the command line: leave it at its default")
-    if name in OPTIONS:
+    if name == "motors":
+        yield from (OPTIONS[name], ",".join(value))
+    elif name in OPTIONS:
         yield from (OPTIONS[name], value if isinstance(value, str) else _toml(value))
     else:
         bare = isinstance(value, str) and BARE.fullmatch(value)

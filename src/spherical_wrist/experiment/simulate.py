@@ -109,7 +109,7 @@ def measured(
     Raises:
         WristError: see :func:`simulate`.
     """
-    nominal = bench.wrist(experiment.model)
+    nominal = bench.wrist(experiment.wrist_file)
     timing = experiment.timing(nominal)
     engine, law, seed = bench.engine, experiment.law, experiment.seed
     drawn = experiment.drawn_reference
@@ -119,14 +119,14 @@ def measured(
     if load.amplitude is None and load.level > 0.0:
         try:
             peak = bench.value(
-                ("peak", experiment.model, drawn, timing), lambda: _peak(nominal, reference, timing, engine, stop)
+                ("peak", experiment.wrist_file, drawn, timing), lambda: _peak(nominal, reference, timing, engine, stop)
             )
         except _StoppedError:
             nothing = LogMeter(measurement, engine).result()
             return Measured(Outcome(Status.INTERRUPTED, 0.0, "stopped on request"), nothing, measurement, 0.0)
     torque = load.torque(peak, np.random.default_rng(seed))
     disturbance = bench.sampled(("torque", load, peak, seed), torque)
-    machine = bench.machine(experiment.model, experiment.perturbation, timing)
+    machine = bench.machine(experiment.wrist_file, experiment.perturbation, timing)
     parts = (law, reference, disturbance, timing, engine, experiment.start, experiment.hardware)
     loop = ClosedLoop(nominal, nominal, *parts, bench, machine)
     meter, outcome = LogMeter(measurement, engine), None

@@ -3,6 +3,7 @@
 import numpy as np
 import numpy.typing as npt
 import rerun as rr
+from scipy.spatial.transform import Rotation
 
 from spherical_wrist.recording.geometry import solid, visible_geoms, wires
 from spherical_wrist.recording.layout import BASE, DESIRED, TIMELINE, TIPS, WORLD, WRIST
@@ -30,7 +31,7 @@ def draw_scene(recording: rr.RecordingStream, series: Series, wrist: Wrist) -> N
     rows = _rows_to_show(series)
     time = [timeline(series.time[rows])]
     for entity, attitude in ((WRIST, series.attitude), (DESIRED, series.desired_attitude)):
-        turns = np.roll(attitude[rows], -1, axis=1)
+        turns = _world_turns(attitude[rows], wrist)
         places = np.broadcast_to(wrist.anchor, (len(rows), 3))
         recording.send_columns(entity, time, rr.Transform3D.columns(translation=places, quaternion=turns))
     for (name, entity), rgb, radius in zip(
@@ -41,6 +42,15 @@ def draw_scene(recording: rr.RecordingStream, series: Series, wrist: Wrist) -> N
         pieces = np.stack([np.concatenate([points[:1], points[:-1]]), points], axis=1)
         recording.log(entity, rr.LineStrips3D.from_fields(colors=[rgb], radii=[radius]), static=True)
         recording.send_columns(entity, time, rr.LineStrips3D.columns(strips=pieces))
+
+
+def _world_turns(attitude: npt.NDArray[np.float64], wrist: Wrist) -> npt.NDArray[np.float64]:
+    """Quaternions (x, y, z, w) that turn the wrist, as it lies in the world at its start, to attitudes (n, 4)."""
+    if np.array_equal(wrist.mount, np.eye(3)):
+        return np.roll(attitude, -1, axis=1)
+    mount = Rotation.from_matrix(wrist.mount)
+    turns: npt.NDArray[np.float64] = (mount * Rotation.from_quat(attitude, scalar_first=True) * mount.inv()).as_quat()
+    return turns
 
 
 def timeline(time: npt.NDArray[np.float64]) -> rr.TimeColumn:
