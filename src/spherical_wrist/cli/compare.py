@@ -18,7 +18,7 @@ from spherical_wrist.comparison.contestants import contestants
 from spherical_wrist.comparison.report import FIGURES, as_csv, as_markdown, figure, told
 from spherical_wrist.experiment.command import read_settings
 from spherical_wrist.experiment.description import read_toml
-from spherical_wrist.files import write_whole
+from spherical_wrist.files import write_together
 
 FEW = 40
 """Number of cells up to which all of their figures are printed without being asked for."""
@@ -82,10 +82,8 @@ def _write(table: dict[str, Any], folder: Path) -> None:
     contents["comparison.csv"] = as_csv(table).encode()
     contents["comparison.md"] = as_markdown(table, number).encode()
     table["files"] = sorted([*contents, "comparison.json"])
-    for name, content in contents.items():
-        write_whole(folder / name, content, "file")
-    text = json.dumps(table, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
-    write_whole(folder / "comparison.json", text.encode(), "file")
+    contents["comparison.json"] = (json.dumps(table, indent=2, ensure_ascii=False, allow_nan=False) + "\n").encode()
+    write_together({folder / name: content for name, content in contents.items()})
 
 
 def print_comparison(table: dict[str, Any], options: CompareOptions) -> None:

@@ -9,11 +9,12 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from spherical_wrist.cli.output import print_json, run_table
-from spherical_wrist.errors import ParameterError, RecordingError
+from spherical_wrist.errors import ParameterError
 from spherical_wrist.experiment.command import read_settings
 from spherical_wrist.experiment.description import Experiment, read_toml, with_changes
 from spherical_wrist.experiment.run import Run
 from spherical_wrist.experiment.simulate import simulate
+from spherical_wrist.files import check_writable
 from spherical_wrist.simulation.outcome import Status
 
 SHOW_PROGRESS_FROM = 60.0
@@ -51,7 +52,7 @@ def run_experiment(file: Path | None, changes: Mapping[str, Any], settings: list
     if options.every < 1:
         raise ParameterError(f"--record-every {options.every}: must be 1 or more")
     if options.recording is not None:
-        _check_writable(options.recording)
+        check_writable(options.recording)
     with _stop_on_signals() as received:
         with _progress(experiment.duration, options.json) as progress:
             run = simulate(
@@ -92,14 +93,6 @@ def summary(run: Run, recording: Path | None) -> dict[str, Any]:
         "real_time_factor": run.real_time_factor,
         "metrics": asdict(run.metrics),
     }
-
-
-def _check_writable(path: Path) -> None:
-    """Refuses, before anything is simulated, a recording that could never be written."""
-    if path.is_dir():
-        raise RecordingError(f"recording {str(path)!r} is a directory: give a file, such as {path / 'run.rrd'}")
-    if not path.resolve().parent.is_dir():
-        raise RecordingError(f"recording {str(path)!r}: there is no directory {str(path.parent)!r}; make it first")
 
 
 @contextmanager

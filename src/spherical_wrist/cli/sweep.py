@@ -20,6 +20,7 @@ from spherical_wrist.campaign.sweep import rehearsed, resume, sweep
 from spherical_wrist.cli.output import print_json, run_table
 from spherical_wrist.cli.sweep_progress import Stopped, listening, stopping, warn
 from spherical_wrist.errors import ParameterError
+from spherical_wrist.files import check_writable
 from spherical_wrist.simulation.outcome import Status
 
 
@@ -94,7 +95,9 @@ def _new(file: Path, path: Path) -> Campaign:
 def _replay(path: Path, id_: int, output: Path, as_json: bool) -> int:
     from spherical_wrist.experiment.recordings import record  # half a second of imports
 
-    again = replay(Folder.open(path), id_)
+    folder = Folder.open(path)
+    check_writable(output)
+    again = replay(folder, id_)
     record(again.run, output)
     if as_json:
         outcome = again.run.outcome

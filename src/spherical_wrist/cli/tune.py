@@ -18,13 +18,12 @@ from spherical_wrist.cli.progress import counting
 from spherical_wrist.cli.tables import Entry, fitted, short
 from spherical_wrist.comparison.cases import DEFAULT, read_cases, select
 from spherical_wrist.comparison.contestants import contestants
-from spherical_wrist.comparison.folder import make_folder
 from spherical_wrist.control import Law
 from spherical_wrist.errors import ParameterError
 from spherical_wrist.experiment.command import read_settings
 from spherical_wrist.experiment.description import read_toml
 from spherical_wrist.experiment.run import versions
-from spherical_wrist.files import write_whole
+from spherical_wrist.files import make_folder, write_together
 from spherical_wrist.tuning.family import Family, usual
 from spherical_wrist.tuning.front import FOLDER, told
 from spherical_wrist.tuning.gains_file import gains_file
@@ -142,14 +141,12 @@ def _write(found: Found, table: dict[str, Any], folder: Path, again: list[str]) 
         path = str(folder / point["file"])
         compare = ["wrist", "compare", path, "--law", path, *chosen, *again]
         contents[point["file"]] = gains_file(found.search.family.base, law, point, table, compare).encode()
-    for name, content in contents.items():
-        write_whole(folder / name, content, "file")
+    table["files"] = ["tune.db", *contents, "tune.json"]
+    contents["tune.json"] = (json.dumps(table, indent=2, ensure_ascii=False, allow_nan=False) + "\n").encode()
+    write_together({folder / name: content for name, content in contents.items()})
     for file in (folder / FOLDER).iterdir():
         if OURS.fullmatch(file.name) and f"{FOLDER}/{file.name}" not in contents:
             file.unlink()  # no longer on the front
-    table["files"] = ["tune.db", *contents, "tune.json"]
-    text = json.dumps(table, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
-    write_whole(folder / "tune.json", text.encode(), "file")
 
 
 def _warn(found: Found) -> None:

@@ -6,10 +6,10 @@ from pathlib import Path
 
 import rerun as rr
 
+from spherical_wrist.files import write_whole
 from spherical_wrist.recording import summary
 from spherical_wrist.recording.blueprint import blueprint
 from spherical_wrist.recording.contents import arrays_of
-from spherical_wrist.recording.files import write_whole
 from spherical_wrist.recording.layout import ABOUT, EXPERIMENT_TEXT, FORMAT, JSON, METRICS_TEXT, SEAL
 from spherical_wrist.recording.plots import send_arrays
 from spherical_wrist.recording.scene import draw_scene, timeline
