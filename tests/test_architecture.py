@@ -13,7 +13,7 @@ ROOT = Path(spherical_wrist.__file__).parent
 LEVELS = (
     {"errors"},
     {"files"},
-    {"parameters", "so3", "wrist"},
+    {"parameters", "user_file", "so3", "wrist"},
     {"dynamics", "kinematics", "fuzzy", "reference", "disturbance", "sensing", "actuation"}
     | {"angle_chart", "angle_dynamics", "denavit_hartenberg", "inverse_kinematics"},
     {"control", "plant"},

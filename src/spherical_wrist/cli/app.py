@@ -36,12 +36,14 @@ def run(
     law: Annotated[
         str | None, Option(help="control law, or path/to/file.py:Name [fuzzy_sliding_computed_torque]")
     ] = None,
-    reference: Annotated[str | None, Option(help="desired motion, or recorded:FILE [lissajous]")] = None,
+    reference: Annotated[
+        str | None, Option(help="desired motion, recorded:FILE, or path/to/file.py:Name [lissajous]")
+    ] = None,
     disturbance: Annotated[
         float | None, Option(metavar="LEVEL", help="disturbance as a fraction of the peak nominal torque [0.25]")
     ] = None,
     disturbance_shape: Annotated[
-        str | None, Option(metavar="SHAPE", help="shape of the disturbance [constant]")
+        str | None, Option(metavar="SHAPE", help="shape of the disturbance, or path/to/file.py:Name [constant]")
     ] = None,
     mass_scale: Annotated[float | None, Option(help="scale of the plant's mass and inertia [1.25]")] = None,
     hardware: Annotated[

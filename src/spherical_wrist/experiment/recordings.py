@@ -53,15 +53,13 @@ def load_recording(path: Path | str) -> Run:
 
 
 def _properties(run: Run) -> dict[str, dict[str, Any]]:
-    source = run.experiment.law.source()
     return {
         "experiment": dict(run.description),
         "outcome": {"status": str(run.outcome.status), "time_s": run.outcome.time, "reason": run.outcome.reason},
         "metrics": asdict(run.metrics),
         "measurement": run.measurement._asdict(),
         "versions": dict(run.versions),
-        "run": {"wall_time_s": run.wall_time, "real_time_factor": run.real_time_factor}
-        | ({"law_source": source} if source else {}),
+        "run": {"wall_time_s": run.wall_time, "real_time_factor": run.real_time_factor},
     }
 
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from spherical_wrist.errors import ParameterError
 from spherical_wrist.experiment.description import Experiment
+from spherical_wrist.experiment.guard import guarded_motion, guarded_torque
 from spherical_wrist.experiment.run import Run, versions
 from spherical_wrist.metrics import LogMeter, Measurement, Metrics
 from spherical_wrist.simulation.closed_loop import ClosedLoop
@@ -112,7 +113,7 @@ def measured(
     nominal = bench.wrist(experiment.wrist_file)
     timing = experiment.timing(nominal)
     engine, law, seed = bench.engine, experiment.law, experiment.seed
-    drawn = experiment.drawn_reference
+    drawn = guarded_motion(experiment.reference, experiment.generator_of_reference(), experiment.duration)
     reference = Sampled(drawn, bench)
     peak, load = 0.0, experiment.disturbance
     measurement = experiment.measurement(nominal)
@@ -124,7 +125,7 @@ def measured(
         except _StoppedError:
             nothing = LogMeter(measurement, engine).result()
             return Measured(Outcome(Status.INTERRUPTED, 0.0, "stopped on request"), nothing, measurement, 0.0)
-    torque = load.torque(peak, np.random.default_rng(seed))
+    torque = guarded_torque(load, peak, np.random.default_rng(seed))
     disturbance = bench.sampled(("torque", load, peak, seed), torque)
     machine = bench.machine(experiment.wrist_file, experiment.perturbation, timing)
     parts = (law, reference, disturbance, timing, engine, experiment.start, experiment.hardware)
