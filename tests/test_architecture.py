@@ -25,7 +25,7 @@ LEVELS = (
     {"cli"},
 )
 LEVEL = {room: level for level, rooms in enumerate(LEVELS) for room in rooms}
-COMMANDS = ("study", "campaign", "tuning", "report")
+COMMANDS = ("replay", "study", "campaign", "tuning", "report")
 KEPT = {
     "numba": {"simulation/compiler.py"},
     "llvmlite": {"simulation/compiler.py"},

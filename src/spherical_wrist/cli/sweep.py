@@ -18,7 +18,8 @@ from spherical_wrist.campaign.replay import replay
 from spherical_wrist.campaign.summary import QUANTILES, summary
 from spherical_wrist.campaign.sweep import rehearsed, resume, sweep
 from spherical_wrist.cli.output import print_json, run_table
-from spherical_wrist.cli.sweep_progress import Stopped, listening, stopping, warn
+from spherical_wrist.cli.signals import Stopped, stopping
+from spherical_wrist.cli.sweep_progress import listening, warn
 from spherical_wrist.errors import ParameterError
 from spherical_wrist.files import check_writable
 from spherical_wrist.simulation.outcome import Status

@@ -8,8 +8,9 @@ import numpy as np
 
 from spherical_wrist.errors import ParameterError
 from spherical_wrist.experiment.description import Experiment
+from spherical_wrist.experiment.evidence import Evidence
 from spherical_wrist.experiment.guard import guarded_motion, guarded_torque
-from spherical_wrist.experiment.run import Run, versions
+from spherical_wrist.experiment.run import Run, circumstances
 from spherical_wrist.metrics import LogMeter, Measurement, Metrics
 from spherical_wrist.simulation.closed_loop import ClosedLoop
 from spherical_wrist.simulation.engine import Engine, compiled_engine, interpreted_engine
@@ -62,6 +63,7 @@ def simulate(
         if progress is not None:
             progress(loop.sample * experiment.control_period)
 
+    evidence = Evidence.of(experiment) if keep_series else Evidence()
     bench = Workbench(interpreted_engine() if interpreted else compiled_engine())
     found = measured(experiment, bench, keep, stop)
     return Run(
@@ -70,7 +72,8 @@ def simulate(
         outcome=found.outcome,
         metrics=found.metrics,
         measurement=found.measurement,
-        versions=versions(),
+        versions=circumstances(),
+        evidence=evidence,
         every=record_every,
         wall_time=found.wall_time,
         _experiment=experiment,

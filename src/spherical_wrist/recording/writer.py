@@ -10,7 +10,7 @@ from spherical_wrist.files import write_whole
 from spherical_wrist.recording import summary
 from spherical_wrist.recording.blueprint import blueprint
 from spherical_wrist.recording.contents import arrays_of
-from spherical_wrist.recording.layout import ABOUT, EXPERIMENT_TEXT, FORMAT, JSON, METRICS_TEXT, SEAL
+from spherical_wrist.recording.layout import ABOUT, ARCHIVE, EXPERIMENT_TEXT, FORMAT, JSON, METRICS_TEXT, SEAL, ZIP
 from spherical_wrist.recording.plots import send_arrays
 from spherical_wrist.recording.scene import draw_scene, timeline
 from spherical_wrist.recording.seal import PLACEHOLDER, sealed
@@ -20,7 +20,12 @@ from spherical_wrist.wrist import Wrist
 
 
 def write_recording(
-    path: Path, series: Series, wrist: Wrist, properties: Mapping[str, Mapping[str, JSON]], every: int = 1
+    path: Path,
+    series: Series,
+    wrist: Wrist,
+    properties: Mapping[str, Mapping[str, JSON]],
+    every: int = 1,
+    archive: bytes = b"",
 ) -> None:
     """Writes a run to a Rerun file, completely or not at all.
 
@@ -30,17 +35,21 @@ def write_recording(
         wrist: the plant, whose geometry is drawn.
         properties: groups of entries such as ``experiment``, ``metrics`` and ``outcome``; nested tables are fine.
         every: the series has every ``every``-th control instant.
+        archive: of the files that the run depends on, kept as it is.
 
     Raises:
         RecordingError: the file cannot be written, or the series has no rows or arrays of the wrong shape.
         ValueError: a group of properties has the name that is kept for the recording itself.
     """
-    if ABOUT in properties or SEAL in properties:
-        raise ValueError(f"{ABOUT!r} and {SEAL!r} cannot be names of groups of properties")
+    if taken := {ABOUT, ARCHIVE, SEAL} & properties.keys():
+        raise ValueError(f"{', '.join(sorted(taken))}: a group of properties cannot be called so")
     arrays = arrays_of(series)
 
     def fill(recording: rr.RecordingStream) -> None:
         _describe(recording, properties, len(series), every)
+        if archive:
+            blob = rr.AnyValues().with_component_from_data(ZIP, rr.components.BlobBatch([archive]))
+            recording.send_property(ARCHIVE, blob)
         draw_scene(recording, series, wrist)
         send_arrays(recording, timeline(arrays["time"]), arrays)
 

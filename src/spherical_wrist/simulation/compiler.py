@@ -62,6 +62,14 @@ def _signatures() -> Any:
     return types.SimpleNamespace(law=law, loop=loop, inverse=inverse, gauge=gauged)
 
 
+def processor() -> str:
+    """What code is compiled for here: another processor may round in other places."""
+    _numba()
+    from llvmlite.binding import get_host_cpu_name
+
+    return str(get_host_cpu_name())
+
+
 def _address(array: Any) -> Any:
     return array.ctypes.data
 
