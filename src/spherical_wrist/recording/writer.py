@@ -11,8 +11,8 @@ from spherical_wrist.recording import summary
 from spherical_wrist.recording.blueprint import blueprint
 from spherical_wrist.recording.contents import arrays_of
 from spherical_wrist.recording.layout import ABOUT, ARCHIVE, EXPERIMENT_TEXT, FORMAT, JSON, METRICS_TEXT, SEAL, ZIP
-from spherical_wrist.recording.plots import send_arrays
-from spherical_wrist.recording.scene import draw_scene, timeline
+from spherical_wrist.recording.plots import ranges, send_arrays
+from spherical_wrist.recording.scene import draw_motion, draw_wrist, timeline
 from spherical_wrist.recording.seal import PLACEHOLDER, sealed
 from spherical_wrist.recording.stream import recorded
 from spherical_wrist.simulation.series import Series
@@ -50,10 +50,11 @@ def write_recording(
         if archive:
             blob = rr.AnyValues().with_component_from_data(ZIP, rr.components.BlobBatch([archive]))
             recording.send_property(ARCHIVE, blob)
-        draw_scene(recording, series, wrist)
+        draw_wrist(recording, wrist)
+        draw_motion(recording, series, wrist)
         send_arrays(recording, timeline(arrays["time"]), arrays)
 
-    write_whole(path, sealed(recorded(fill, blueprint(wrist, arrays))))
+    write_whole(path, sealed(recorded(fill, blueprint(wrist, arrays, ranges(arrays)))))
 
 
 def _describe(
@@ -73,11 +74,12 @@ def _describe(
     }
     recording.send_property(ABOUT, _visible(about))
     recording.send_property(SEAL, _visible({"checksum": PLACEHOLDER}))
-    tables = {
-        METRICS_TEXT: summary.metrics_text(properties, rows, every),
-        EXPERIMENT_TEXT: summary.experiment_text(properties),
-    }
-    for entity, text in tables.items():
+    send_texts(recording, summary.metrics_text(properties, rows, every), summary.experiment_text(properties))
+
+
+def send_texts(recording: rr.RecordingStream, metrics: str, experiment: str) -> None:
+    """Sends the two tables beside the plots, as Markdown; they take the place of those sent before."""
+    for entity, text in ((METRICS_TEXT, metrics), (EXPERIMENT_TEXT, experiment)):
         recording.log(entity, rr.TextDocument(text, media_type=rr.MediaType.MARKDOWN), static=True)
 
 
