@@ -9,9 +9,19 @@ import numpy as np
 import numpy.typing as npt
 
 from spherical_wrist.errors import ModelError, one_line
+from spherical_wrist.libmujoco import warnings_kept_in_data
 
 Array = npt.NDArray[np.float64]
 JOINT, OBJECT, TRANSMISSION = mujoco.mjtJoint, mujoco.mjtObj, mujoco.mjtTrn
+
+_PHYSICAL = (
+    "timestep", "gravity", "body_pos", "body_quat", "body_ipos", "body_iquat", "body_mass", "body_inertia", "jnt_pos",
+    "dof_damping", "dof_armature", "dof_frictionloss", "jnt_stiffness", "site_pos", "actuator_gear", "actuator_gainprm",
+)  # fmt: skip
+"""What MuJoCo computes with and takes from a file as it is, even where it is not a number."""
+
+REFUSALS = (ValueError, RuntimeError, MemoryError, mujoco.FatalError, mujoco.UnexpectedError)
+"""What MuJoCo raises at a model that it cannot take; RuntimeError where its bindings do not know why."""
 
 _ADVICE = "see models/README.md for what a wrist model needs"
 
@@ -23,6 +33,7 @@ def default_model() -> Path:
     return installed if installed.exists() else here.parents[2] / "models" / "wrist.xml"
 
 
+@warnings_kept_in_data()
 def read_spec(path: Path) -> mujoco.MjSpec:
     """Parses an MJCF file.
 
@@ -31,9 +42,11 @@ def read_spec(path: Path) -> mujoco.MjSpec:
     """
     if not path.is_file():
         raise ModelError(f"model {str(path)!r}: no such file; give the path of an MJCF file")
+    if not str(path).isprintable():  # bytes that are no letters, or a zero in it
+        raise ModelError(f"model {str(path)!r}: MuJoCo cannot open a file of such a name; rename it")
     try:
         return mujoco.MjSpec.from_file(str(path))
-    except (ValueError, mujoco.FatalError, mujoco.UnexpectedError) as error:
+    except REFUSALS as error:
         raise ModelError(f"model {str(path)!r} is not valid MJCF: {one_line(error)}") from None
 
 
@@ -72,6 +85,7 @@ class Wrist:
         return cls.of(read_spec(file), str(file))
 
     @classmethod
+    @warnings_kept_in_data()
     def of(cls, spec: mujoco.MjSpec, name: str = "wrist") -> "Wrist":
         """Compiles a description and finds the wrist's parts in it.
 
@@ -82,8 +96,9 @@ class Wrist:
         """
         try:
             model = spec.compile()
-        except (ValueError, mujoco.FatalError) as error:
+        except REFUSALS as error:
             raise ModelError(f"model {name!r} does not compile: {one_line(error)}") from None
+        _check_numbers(model, name)
         joint = _ball(model, name)
         body = int(model.jnt_bodyid[joint])
         data = mujoco.MjData(model)
@@ -102,6 +117,16 @@ class Wrist:
         """Indices of the bodies that the ball joint moves."""
         weld = self.model.body_weldid
         return [b for b in range(1, self.model.nbody) if weld[b] == weld[self.body]]
+
+
+def _check_numbers(model: mujoco.MjModel, name: str) -> None:
+    for place in _PHYSICAL:
+        owner = model.opt if place in ("gravity", "timestep") else model
+        values = np.abs(np.ravel(getattr(owner, place)))
+        if not (values <= mujoco.mjMAXVAL).all():
+            raise ModelError(
+                f"model {name!r} has {place} = {values.max():g}: finite numbers below {mujoco.mjMAXVAL:g} are needed"
+            )
 
 
 def _ball(model: mujoco.MjModel, name: str) -> int:
