@@ -12,7 +12,7 @@ import spherical_wrist
 ROOT = Path(spherical_wrist.__file__).parent
 LEVELS = (
     {"errors"},
-    {"files"},
+    {"files", "libmujoco"},
     {"parameters", "user_file", "so3", "wrist"},
     {"dynamics", "kinematics", "fuzzy", "reference", "disturbance", "sensing", "actuation"}
     | {"angle_chart", "angle_dynamics", "denavit_hartenberg", "inverse_kinematics"},
@@ -29,7 +29,7 @@ COMMANDS = ("replay", "study", "campaign", "tuning", "report")
 KEPT = {
     "numba": {"simulation/compiler.py"},
     "llvmlite": {"simulation/compiler.py"},
-    "ctypes": {"simulation/physics.py"},
+    "ctypes": {"libmujoco.py"},
     "pyarrow": {"reference/recorded_file.py", "campaign/store.py"},
     "duckdb": {"campaign/store.py", "report/table.py"},
     "dask": {"campaign/cluster.py"},

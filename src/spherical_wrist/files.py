@@ -174,8 +174,8 @@ def _opened(descriptor: int) -> Path:
 def _target(path: Path, what: str) -> Iterator[Path]:
     """The file that a path stands for, once it is sure that it is or can be one; errors of the system become ours."""
     said = f"{what} {str(path)!r} cannot be written"
-    target = Path(os.path.realpath(path))
     with _explained(said):
+        target = Path(os.path.realpath(path))  # fails where the working directory was deleted
         if target.exists() and not target.is_file():
             kind = "a directory" if target.is_dir() else "not a regular file"
             raise RecordingError(f"{said}: it is {kind}; give the path of a file")

@@ -8,10 +8,9 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from rich.console import Console
 from rich.text import Text
 
-from spherical_wrist.cli.output import print_json
+from spherical_wrist.cli.output import print_json, printer
 from spherical_wrist.cli.progress import counting
 from spherical_wrist.cli.signals import noted
 from spherical_wrist.cli.tables import Entry, fitted, short
@@ -135,7 +134,7 @@ def _warn(found: Found) -> None:
 
 
 def _print(table: dict[str, Any], folder: Path) -> None:
-    console = Console(highlight=False)
+    console = printer()
     default, infeasible = table["default"], table["infeasible"]
     console.print(
         Text.assemble(

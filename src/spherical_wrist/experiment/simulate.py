@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Callable
+from math import ceil
 from typing import NamedTuple
 
 import numpy as np
@@ -11,6 +12,7 @@ from spherical_wrist.experiment.description import Experiment
 from spherical_wrist.experiment.evidence import Evidence
 from spherical_wrist.experiment.guard import guarded_motion, guarded_torque
 from spherical_wrist.experiment.run import Run, circumstances
+from spherical_wrist.libmujoco import warnings_kept_in_data
 from spherical_wrist.metrics import LogMeter, Measurement, Metrics
 from spherical_wrist.simulation.closed_loop import ClosedLoop
 from spherical_wrist.simulation.engine import Engine, compiled_engine, interpreted_engine
@@ -21,6 +23,9 @@ from spherical_wrist.simulation.series import Series
 from spherical_wrist.simulation.timing import Timing
 from spherical_wrist.simulation.workbench import Sampled, Workbench
 from spherical_wrist.wrist import Wrist
+
+MOST_ROWS = 20_000_000
+"""Rows of a series: some ten gigabytes in memory, 5½ hours at 1 kHz."""
 
 
 def simulate(
@@ -48,12 +53,19 @@ def simulate(
         The run. That it diverged is an outcome and no exception.
 
     Raises:
-        ParameterError: the experiment's periods do not fit, or its disturbance has no size.
+        ParameterError: the experiment's periods do not fit, its disturbance has no size, or there would be too many
+            rows to keep.
         ModelError: the MJCF file is not a wrist.
         LawError: the law raises, returns no torque, or cannot be compiled.
     """
     if record_every < 1:
         raise ParameterError(f"record_every = {record_every}: must be 1 or more")
+    rows = experiment.duration / experiment.control_period / record_every
+    if keep_series and rows > MOST_ROWS:
+        raise ParameterError(
+            f"the series would have {rows:.3g} rows, {MOST_ROWS:g} are the most: keep every so-many-th with "
+            f"record_every = {ceil(rows * record_every / MOST_ROWS)} (--record-every), or none (--no-recording)"
+        )
     kept = [Series.empty()]
 
     def keep(loop: ClosedLoop, logged: Logged) -> None:
@@ -96,6 +108,7 @@ class Measured(NamedTuple):
     wall_time: float
 
 
+@warnings_kept_in_data()
 def measured(
     experiment: Experiment,
     bench: Workbench,

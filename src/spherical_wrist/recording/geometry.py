@@ -29,6 +29,10 @@ class Drawable(Protocol):
         """Centre of the ball joint in the world [m]."""
 
     @property
+    def mount(self) -> npt.NDArray[np.float64]:
+        """Rotation (3, 3) to the world from the frame that attitudes are relative to."""
+
+    @property
     def moving(self) -> list[int]:
         """Indices of the bodies that the ball joint moves."""
 

@@ -54,7 +54,7 @@ def draw_motion(
     return series.rows(slice(int(rows[-1]), int(rows[-1]) + 1)) if len(rows) else before
 
 
-def _world_turns(attitude: npt.NDArray[np.float64], wrist: Wrist) -> npt.NDArray[np.float64]:
+def _world_turns(attitude: npt.NDArray[np.float64], wrist: Drawable) -> npt.NDArray[np.float64]:
     """Quaternions (x, y, z, w) that turn the wrist, as it lies in the world at its start, to attitudes (n, 4)."""
     if np.array_equal(wrist.mount, np.eye(3)):
         return np.roll(attitude, -1, axis=1)

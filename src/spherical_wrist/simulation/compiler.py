@@ -23,11 +23,12 @@ from spherical_wrist.actuation.drive import DRIVE, Drive
 from spherical_wrist.control.contract import COMMAND, SIGNAL, Law
 from spherical_wrist.dynamics import MOTION, Nominal, inverse_dynamics, pointer
 from spherical_wrist.errors import LawError, one_line
+from spherical_wrist.libmujoco import library
 from spherical_wrist.sensing.measure import SENSOR, Sensor
 from spherical_wrist.sensing.samples import SAMPLE
 from spherical_wrist.simulation.gauge import TOTALS, WINDOW, gauge
 from spherical_wrist.simulation.loop import LOG, SETTINGS, Plant, close_loop
-from spherical_wrist.simulation.physics import ARGUMENTS, library
+from spherical_wrist.simulation.physics import ARGUMENTS
 
 Function = Callable[..., Any]
 
