@@ -3,7 +3,8 @@
 import errno
 import os
 import secrets
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from spherical_wrist.errors import RecordingError
@@ -24,9 +25,6 @@ _ADVICE = {
 def write_whole(path: Path, content: bytes, what: str = "recording") -> None:
     """Writes a file so that ``path`` holds either all of ``content`` or what it held before.
 
-    The content goes to a hidden file beside the target, which takes the target's place once it is on the disk. Where
-    the path is a symbolic link, the file that it points to is replaced.
-
     Args:
         path: the file.
         content: all of it.
@@ -35,11 +33,33 @@ def write_whole(path: Path, content: bytes, what: str = "recording") -> None:
     Raises:
         RecordingError: the file cannot be written; nothing is left behind.
     """
+    with replacing(path, what) as part:
+        _fill(part, content)
+
+
+@contextmanager
+def replacing(path: Path, what: str = "recording") -> Iterator[Path]:
+    """Writes a file bit by bit so that ``path`` holds either all of it or what it held before.
+
+    It is written to a hidden file beside the target, which takes the target's place once it is on the disk. Where the
+    path is a symbolic link, the file that it points to is replaced.
+
+    Args:
+        path: the file.
+        what: what to call it where it cannot be written.
+
+    Yields:
+        The hidden file, for the caller to make and to fill. It is gone where an exception comes out of the block.
+
+    Raises:
+        RecordingError: the file cannot be written; nothing is left behind.
+    """
     target = Path(os.path.realpath(path))
     part = target.with_name(f".{secrets.token_hex(8)}.part")
     try:
         _check_kind(path, target, what)
-        _fill(part, content)
+        yield part
+        _sync(part)
         part.replace(target)
     except OSError as error:
         advice = _ADVICE.get(error.errno or 0, "choose another place")
@@ -63,7 +83,6 @@ def _fill(path: Path, content: bytes) -> None:
         rest = memoryview(content)
         while rest:
             rest = rest[os.write(descriptor, rest) :]
-        os.fsync(descriptor)
     finally:
         os.close(descriptor)
 
@@ -71,8 +90,12 @@ def _fill(path: Path, content: bytes) -> None:
 def _settle(directory: Path) -> None:
     """Makes a rename survive a power cut, where the file system can; the file itself is complete either way."""
     with suppress(OSError):
-        descriptor = os.open(directory, os.O_RDONLY)
-        try:
-            os.fsync(descriptor)
-        finally:
-            os.close(descriptor)
+        _sync(directory)
+
+
+def _sync(path: Path) -> None:
+    descriptor = os.open(path, os.O_RDONLY | os.O_CLOEXEC)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
