@@ -26,7 +26,8 @@ def record(run: Run, path: Path | str) -> None:
     """
     if not len(run):
         raise RecordingError("the run has no series to record: simulate with keep_series=True")
-    write_recording(Path(path), run, run.plant(), _properties(run), run.every, run.evidence.archive())
+    with run.plant() as plant:
+        write_recording(Path(path), run, plant, _properties(run), run.every, run.evidence.archive())
 
 
 def load_recording(path: Path | str) -> Run:
