@@ -25,17 +25,17 @@ LEVELS = (
     {"cli"},
 )
 LEVEL = {room: level for level, rooms in enumerate(LEVELS) for room in rooms}
-COMMANDS = ("study", "campaign", "tuning", "report")
+COMMANDS = ("study", "campaign", "tuning", "report", "view")
 KEPT = {
     "numba": {"simulation/compiler.py"},
     "llvmlite": {"simulation/compiler.py"},
-    "ctypes": {"simulation/physics.py"},
+    "ctypes": {"simulation/physics.py", "recording/leash.py"},
     "pyarrow": {"reference/recorded_file.py", "campaign/store.py"},
     "duckdb": {"campaign/store.py", "report/table.py"},
     "dask": {"campaign/cluster.py"},
     "distributed": {"campaign/cluster.py"},
     "rerun": {str(path.relative_to(ROOT)) for path in (ROOT / "recording").glob("*.py")},
-    "typer": {"cli/__init__.py", "cli/app.py"} | {f"cli/{each}_commands.py" for each in COMMANDS},
+    "typer": {"cli/__init__.py", "cli/app.py", "cli/completion.py"} | {f"cli/{each}_commands.py" for each in COMMANDS},
     "optuna": {"tuning/study.py"},
     "matplotlib": {"fuzzy/picture.py", "paper/figures.py", "comparison/picture.py", "comparison/frontier_picture.py"}
     | {"tuning/picture.py", "report/pictures.py"},

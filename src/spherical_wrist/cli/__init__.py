@@ -16,6 +16,7 @@ def main() -> None:
         report_commands,
         study_commands,
         tuning_commands,
+        view_commands,
     )
     from spherical_wrist.cli.app import app
 

@@ -24,7 +24,7 @@ def record(run: Run, path: Path | str) -> None:
     """
     if not len(run):
         raise RecordingError("the run has no series to record: simulate with keep_series=True")
-    write_recording(Path(path), run, run.experiment.plant(), _properties(run), run.every)
+    write_recording(Path(path), run, run.experiment.plant(), properties_of(run), run.every)
 
 
 def load_recording(path: Path | str) -> Run:
@@ -52,7 +52,8 @@ def load_recording(path: Path | str) -> Run:
         ) from None
 
 
-def _properties(run: Run) -> dict[str, dict[str, Any]]:
+def properties_of(run: Run) -> dict[str, dict[str, Any]]:
+    """The groups of entries that describe a run in its recording."""
     source = run.experiment.law.source()
     return {
         "experiment": dict(run.description),
