@@ -25,17 +25,17 @@ LEVELS = (
     {"cli"},
 )
 LEVEL = {room: level for level, rooms in enumerate(LEVELS) for room in rooms}
-COMMANDS = ("replay", "study", "campaign", "tuning", "report", "render")
+COMMANDS = ("replay", "study", "campaign", "tuning", "report", "render", "view")
 KEPT = {
     "numba": {"simulation/compiler.py"},
     "llvmlite": {"simulation/compiler.py"},
-    "ctypes": {"libmujoco.py"},
+    "ctypes": {"libmujoco.py", "recording/leash.py"},
     "pyarrow": {"reference/recorded_file.py", "campaign/store.py"},
     "duckdb": {"campaign/store.py", "report/table.py"},
     "dask": {"campaign/cluster.py"},
     "distributed": {"campaign/cluster.py"},
     "rerun": {str(path.relative_to(ROOT)) for path in (ROOT / "recording").glob("*.py")},
-    "typer": {"cli/__init__.py", "cli/app.py"} | {f"cli/{each}_commands.py" for each in COMMANDS},
+    "typer": {"cli/__init__.py", "cli/app.py", "cli/completion.py"} | {f"cli/{each}_commands.py" for each in COMMANDS},
     "optuna": {"tuning/study.py"},
     "av": {"film/mp4.py"},
     "PIL": {"film/caption.py", "film/film.py", "film/gif.py"},

@@ -48,6 +48,7 @@ def _command() -> Any:
         report_commands,
         study_commands,
         tuning_commands,
+        view_commands,
     )
     from spherical_wrist.cli.app import app
 
