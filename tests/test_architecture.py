@@ -25,12 +25,12 @@ LEVELS = (
     {"cli"},
 )
 LEVEL = {room: level for level, rooms in enumerate(LEVELS) for room in rooms}
-COMMANDS = ("study", "campaign", "tuning", "report")
+COMMANDS = ("study", "campaign", "tuning", "report", "inspect")
 KEPT = {
     "numba": {"simulation/compiler.py"},
     "llvmlite": {"simulation/compiler.py"},
     "ctypes": {"simulation/physics.py"},
-    "pyarrow": {"reference/recorded_file.py", "campaign/store.py"},
+    "pyarrow": {"reference/recorded_file.py", "campaign/store.py", "inspection/export.py"},
     "duckdb": {"campaign/store.py", "report/table.py"},
     "dask": {"campaign/cluster.py"},
     "distributed": {"campaign/cluster.py"},
@@ -38,7 +38,8 @@ KEPT = {
     "typer": {"cli/__init__.py", "cli/app.py"} | {f"cli/{each}_commands.py" for each in COMMANDS},
     "optuna": {"tuning/study.py"},
     "matplotlib": {"fuzzy/picture.py", "paper/figures.py", "comparison/picture.py", "comparison/frontier_picture.py"}
-    | {"tuning/picture.py", "report/pictures.py"},
+    | {"tuning/picture.py", "report/pictures.py"}
+    | {f"inspection/{each}.py" for each in ("drawing", "panels", "portrait", "picture", "difference_picture")},
 }
 FILES = sorted(path for path in ROOT.rglob("*.py") if path != ROOT / "__init__.py")
 
