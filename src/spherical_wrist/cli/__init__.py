@@ -13,6 +13,7 @@ def main() -> None:
 
     from spherical_wrist.cli import (  # noqa: F401 their commands join those of app
         campaign_commands,
+        guide_commands,
         report_commands,
         study_commands,
         tuning_commands,
