@@ -78,7 +78,7 @@ class Wrist:
         Raises:
             ModelError: it does not compile, or is not a wrist: exactly one joint, a ball on a static body; three plain
                 torque motors on it whose axes span the space; a site named ``tip`` on what it moves; at the start, the
-            frame of the jointed body along that of the world.
+                frame of the jointed body along that of the world.
         """
         try:
             model = spec.compile()
