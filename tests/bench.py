@@ -15,7 +15,7 @@ from spherical_wrist.simulation.closed_loop import ClosedLoop, Start
 from spherical_wrist.simulation.engine import Engine
 from spherical_wrist.simulation.series import Series
 from spherical_wrist.simulation.timing import Timing
-from spherical_wrist.wrist import Wrist
+from spherical_wrist.wrist import Names, Wrist
 
 GRAVITY = np.array([0.0, 0.0, -9.81])
 
@@ -46,9 +46,14 @@ def mjcf(body: str = TOOL, *, motors: str = MOTORS, joint: str = "", compiler: s
     </mujoco>"""
 
 
-def wrist_of(text: str) -> Wrist:
+def mounted(text: str) -> str:
+    """A wrist of :func:`mjcf` whose ball starts turned against the world."""
+    return text.replace('<body name="rotor"', '<body name="rotor" euler="0.4 -1.1 0.7"')
+
+
+def wrist_of(text: str, names: Names | None = None) -> Wrist:
     """The wrist that an MJCF text describes."""
-    return Wrist.of(mujoco.MjSpec.from_string(text))
+    return Wrist.of(mujoco.MjSpec.from_string(text), names=names or Names())
 
 
 @dataclass

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
-from bench import RigidBody, mjcf, one_line, quaternions, wrist_of
+from bench import RigidBody, mjcf, mounted, one_line, quaternions, wrist_of
 from spherical_wrist.angle_chart import (
     SINGULAR,
     SingularChartError,
@@ -35,6 +35,7 @@ from spherical_wrist.wrist import Wrist
 WRISTS = {
     "shipped": Wrist.load(),
     "asymmetric": wrist_of(mjcf()),
+    "mounted": wrist_of(mounted(mjcf())),
     "with armature": wrist_of(mjcf(joint='armature="3e-4"')),
     "half weightless": wrist_of(mjcf().replace('name="tool"', 'name="tool" gravcomp="0.7"')),
     "elsewhere": wrist_of(mjcf().replace("<option", '<option gravity="1.0 -2.0 -9.0"')),

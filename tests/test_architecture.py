@@ -12,8 +12,8 @@ import spherical_wrist
 ROOT = Path(spherical_wrist.__file__).parent
 LEVELS = (
     {"errors"},
-    {"files", "guides"},
-    {"parameters", "so3", "wrist"},
+    {"files", "guides", "libmujoco"},
+    {"parameters", "user_file", "so3", "wrist"},
     {"dynamics", "kinematics", "fuzzy", "reference", "disturbance", "sensing", "actuation"}
     | {"angle_chart", "angle_dynamics", "denavit_hartenberg", "inverse_kinematics"},
     {"control", "plant"},
@@ -25,11 +25,11 @@ LEVELS = (
     {"cli"},
 )
 LEVEL = {room: level for level, rooms in enumerate(LEVELS) for room in rooms}
-COMMANDS = ("study", "campaign", "tuning", "report", "guide")
+COMMANDS = ("guide", "replay", "study", "campaign", "tuning", "report")
 KEPT = {
     "numba": {"simulation/compiler.py"},
     "llvmlite": {"simulation/compiler.py"},
-    "ctypes": {"simulation/physics.py"},
+    "ctypes": {"libmujoco.py"},
     "pyarrow": {"reference/recorded_file.py", "campaign/store.py"},
     "duckdb": {"campaign/store.py", "report/table.py"},
     "dask": {"campaign/cluster.py"},

@@ -20,7 +20,7 @@ FILE = re.compile(r"(?:#|<!--)\s*([\w./]+\.(?:py|toml|xml))\b")
 NOT_RUN = ("wrist view",)
 """Commands that open a window or need a graphics driver; their own tests run them."""
 
-READY = ("conventions", "law", "hardware")
+READY = ("conventions", "law", "hardware", "reference", "disturbance", "wrist")
 
 
 @pytest.fixture

@@ -9,7 +9,7 @@ import pytest
 from matplotlib.image import imread
 
 from spherical_wrist import Experiment, load_recording, simulate
-from spherical_wrist.errors import ParameterError
+from spherical_wrist.errors import RecordingError
 from spherical_wrist.inspection import inspect
 from spherical_wrist.paper import claims, setting
 from spherical_wrist.paper.evaluation import Case, experiment
@@ -141,5 +141,5 @@ def test_both_methods_share_every_choice():
 
 def test_a_folder_that_cannot_be_made_is_one_line(tmp_path):
     (tmp_path / "file").write_text("")
-    with pytest.raises(ParameterError, match="cannot be made"):
+    with pytest.raises(RecordingError, match="cannot be made"):
         regenerate(tmp_path / "file" / "paper")

@@ -37,7 +37,7 @@ def beat_times(heart, duration):
 def test_the_tip_goes_where_the_heart_goes(heart):
     """In millimetres, in the plane tangent to the tip's sphere; exactly, however large."""
     motion = heart.motion(TIMES)
-    tip = 1e3 * tip_position(motion["attitude"], np.zeros(3), np.array([0.0, 0.0, -heart.lever]))
+    tip = 1e3 * tip_position(motion["attitude"], np.zeros(3), np.eye(3), np.array([0.0, 0.0, -heart.lever]))
     np.testing.assert_allclose(tip[:, :2], heart.displacement(TIMES), atol=1e-11)
     assert (tip[:, 2] < 0.0).all()
     assert np.ptp(tip[:, 0]) > 5.0

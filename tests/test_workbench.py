@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from bench import TOOL, mjcf, wrist_of
+from bench import TOOL, mjcf, mounted, wrist_of
 from spherical_wrist import Experiment, simulate
 from spherical_wrist.experiment.simulate import measured
 from spherical_wrist.metrics import LogMeter, Meter, measure
@@ -21,7 +21,7 @@ from spherical_wrist.simulation.plant_model import Parts, PlantModel, whole
 from spherical_wrist.simulation.series import Series
 from spherical_wrist.simulation.timing import Timing
 from spherical_wrist.simulation.workbench import Memory, Workbench, machine_of
-from spherical_wrist.wrist import Wrist
+from spherical_wrist.wrist import Wrist, WristFile
 
 CENTRED = mjcf('<site name="tip" pos="0 0 -0.1"/>').replace('pos="0.001 0.002 0"', "")
 CENTRED = CENTRED.replace('pos="0.002 -0.001 0.003"', "").replace('name="rotor" pos="0.01 0.02 0.3"', 'name="rotor"')
@@ -30,6 +30,7 @@ WRISTS = {
     "the package's": Wrist.load(),
     "without symmetry": wrist_of(mjcf()),
     "with its centre of mass in the joint": wrist_of(CENTRED),
+    "with a mount": wrist_of(mounted(mjcf())),
     "with geometry that may touch": wrist_of(mjcf(TOUCHING)),
     "with a joint limit": wrist_of(mjcf(joint='range="0 1" limited="true" frictionloss="1e-3"')),
 }
@@ -174,7 +175,10 @@ def test_the_loop_of_a_bench_is_that_of_compiled_wrists():
     nominal, timing, bench = experiment.nominal(), Timing.of(0.2, 1e-3, 1e-3), Workbench()
     parts = (experiment.law, Lissajous(), lambda time: np.full((len(time), 3), 0.004), timing, bench.engine, Start())
     plant = perturbed(nominal, experiment.perturbation)
-    machines = machine_of(plant, nominal, timing, bench.engine), bench.machine(None, experiment.perturbation, timing)
+    machines = (
+        machine_of(plant, nominal, timing, bench.engine),
+        bench.machine(WristFile(), experiment.perturbation, timing),
+    )
     compiled, ours = (ClosedLoop(nominal, nominal, *parts, experiment.hardware, bench, machine) for machine in machines)
     a, b = compiled.advance(), ours.advance()
     for name, array in a.arrays().items():

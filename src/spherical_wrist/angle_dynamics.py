@@ -55,7 +55,7 @@ class AngleDynamics:
         inertia: I (3, 3) about the centre of the ball, body frame, armature included [kg·m²].
         moment: mass times centre of mass (3,), from the centre of the ball, body frame [kg·m].
         damping: viscous damping of the joint [N·m·s/rad].
-        gravity: acceleration of gravity (3,), world frame [m/s²].
+        gravity: acceleration of gravity (3,), in the frame of the wrist's mount [m/s²].
     """
 
     inertia: Array
@@ -74,12 +74,12 @@ class AngleDynamics:
         """
         model = wrist.model
         data = mujoco.MjData(model)
-        mujoco.mj_forward(model, data)  # at the start, where the body frame is along the world's
+        mujoco.mj_forward(model, data)  # at the start, where the body frame is the mount
         inertia = np.empty((3, 3))
         mujoco.mj_fullM(model, data, inertia)
         weight = (model.body_mass * (1.0 - model.body_gravcomp))[wrist.moving]  # what gravity compensation leaves
-        moment = weight @ (data.xipos[wrist.moving] - wrist.anchor)
-        found = cls(inertia, moment, float(model.dof_damping[0]), model.opt.gravity.copy())
+        moment = weight @ (data.xipos[wrist.moving] - wrist.anchor) @ wrist.mount
+        found = cls(inertia, moment, float(model.dof_damping[0]), model.opt.gravity @ wrist.mount)
         _check(found, model)
         return found
 

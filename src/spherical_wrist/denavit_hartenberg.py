@@ -94,8 +94,12 @@ class Chain:
         """The chain of a wrist.
 
         Raises:
-            ParameterError: the tip is at the centre of the ball.
+            ParameterError: the tip is at the centre of the ball, or the wrist's mount is turned against the world.
         """
+        if not np.array_equal(wrist.mount, np.eye(3)):
+            raise ParameterError(
+                "the chain begins along the world's axes, and this wrist's mount is turned against them"
+            )
         x, y, z = (float(v) for v in wrist.lever)
         if not np.linalg.norm(wrist.lever) > 0.0:
             raise ParameterError("the tip is at the centre of the ball: a tool needs length; move the site 'tip' away")

@@ -46,7 +46,7 @@ def perturbed(nominal: Wrist, change: Perturbation) -> Wrist:
     """A plant: ``nominal`` with ``change`` applied and compiled anew. The nominal wrist is left as it is."""
     spec = nominal.spec.copy()
     perturb(spec, nominal, change)
-    return Wrist.of(spec, "plant")
+    return Wrist.of(spec, "plant", nominal.names)
 
 
 def perturb(spec: mujoco.MjSpec, nominal: Wrist, change: Perturbation) -> None:
@@ -80,7 +80,7 @@ def _perturb_inertia(body: mujoco.MjsBody, model: mujoco.MjModel, change: Pertur
 
 def _add_payload(body: mujoco.MjsBody, wrist: Wrist, mass: float) -> None:
     """Adds a point mass at the tip to the jointed body, by the parallel-axis theorem."""
-    tip = wrist.model.jnt_pos[0] + wrist.lever  # in the body's frame, which at the start is that of the world
+    tip = wrist.model.jnt_pos[0] + wrist.lever  # in the body's frame
     axes = Rotation.from_quat(body.iquat, scalar_first=True).as_matrix()
     centre = (body.mass * body.ipos + mass * tip) / (body.mass + mass)
     inertia = axes @ np.diag(body.inertia) @ axes.T

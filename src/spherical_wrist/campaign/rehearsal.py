@@ -3,7 +3,6 @@
 from collections.abc import Iterator, Mapping
 from functools import lru_cache
 from itertools import islice, product
-from pathlib import Path
 from typing import Any
 
 from spherical_wrist.campaign.description import Campaign
@@ -12,7 +11,7 @@ from spherical_wrist.campaign.episode import changed
 from spherical_wrist.errors import ParameterError, WristError
 from spherical_wrist.experiment.description import Experiment
 from spherical_wrist.simulation.engine import compiled_engine
-from spherical_wrist.wrist import Wrist
+from spherical_wrist.wrist import Wrist, WristFile
 
 MOST_OPTIONS, MOST_CORNERS, FIRST_SAMPLES = 64, 256, 16
 
@@ -44,12 +43,12 @@ def rehearse(campaign: Campaign) -> None:
 
 
 def _check(experiment: Experiment) -> None:
-    experiment.timing(_wrist(experiment.model))
+    experiment.timing(_wrist(experiment.wrist_file))
 
 
 @lru_cache(maxsize=8)
-def _wrist(model: Path | None) -> Wrist:
-    return Wrist.load(model)
+def _wrist(file: WristFile) -> Wrist:
+    return file.load()
 
 
 def _check_first_samples(campaign: Campaign) -> None:

@@ -36,12 +36,14 @@ def run(
     law: Annotated[
         str | None, Option(help="control law, or path/to/file.py:Name [fuzzy_sliding_computed_torque]")
     ] = None,
-    reference: Annotated[str | None, Option(help="desired motion, or recorded:FILE [lissajous]")] = None,
+    reference: Annotated[
+        str | None, Option(help="desired motion, recorded:FILE, or path/to/file.py:Name [lissajous]")
+    ] = None,
     disturbance: Annotated[
         float | None, Option(metavar="LEVEL", help="disturbance as a fraction of the peak nominal torque [0.25]")
     ] = None,
     disturbance_shape: Annotated[
-        str | None, Option(metavar="SHAPE", help="shape of the disturbance [constant]")
+        str | None, Option(metavar="SHAPE", help="shape of the disturbance, or path/to/file.py:Name [constant]")
     ] = None,
     mass_scale: Annotated[float | None, Option(help="scale of the plant's mass and inertia [1.25]")] = None,
     hardware: Annotated[
@@ -54,6 +56,11 @@ def run(
     ] = None,
     seed: Annotated[int | None, Option(help="seed of everything random [0]")] = None,
     model: Annotated[Path | None, Option(metavar="FILE.xml", help="MJCF of the wrist [the package's own]")] = None,
+    joint: Annotated[str | None, Option(metavar="NAME", help="ball joint of a model that has several")] = None,
+    motors: Annotated[
+        str | None, Option(metavar="A,B,C", help="motors on that joint, of a model that has more than three")
+    ] = None,
+    tip: Annotated[str | None, Option(metavar="SITE", help="site of the tool tip [tip]")] = None,
     set_: Annotated[
         list[str] | None,
         Option(
@@ -89,6 +96,9 @@ def run(
         "control_period": control_period,
         "seed": seed,
         "model": model,
+        "joint": joint,
+        "motors": motors,
+        "tip": tip,
     }
     changes = {name: value for name, value in given.items() if value is not None}
     if disturbance is not None:

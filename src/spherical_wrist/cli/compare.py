@@ -5,11 +5,10 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from spherical_wrist.cli.output import number, print_json
+from spherical_wrist.cli.output import number, print_json, printer
 from spherical_wrist.cli.progress import counting
 from spherical_wrist.cli.tables import Entry, fitted, short
 from spherical_wrist.comparison.cases import DEFAULT, read_cases, select
@@ -18,7 +17,7 @@ from spherical_wrist.comparison.contestants import contestants
 from spherical_wrist.comparison.report import FIGURES, as_csv, as_markdown, figure, told
 from spherical_wrist.experiment.command import read_settings
 from spherical_wrist.experiment.description import read_toml
-from spherical_wrist.files import write_whole
+from spherical_wrist.files import write_together
 
 FEW = 40
 """Number of cells up to which all of their figures are printed without being asked for."""
@@ -82,10 +81,8 @@ def _write(table: dict[str, Any], folder: Path) -> None:
     contents["comparison.csv"] = as_csv(table).encode()
     contents["comparison.md"] = as_markdown(table, number).encode()
     table["files"] = sorted([*contents, "comparison.json"])
-    for name, content in contents.items():
-        write_whole(folder / name, content, "file")
-    text = json.dumps(table, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
-    write_whole(folder / "comparison.json", text.encode(), "file")
+    contents["comparison.json"] = (json.dumps(table, indent=2, ensure_ascii=False, allow_nan=False) + "\n").encode()
+    write_together({folder / name: content for name, content in contents.items()})
 
 
 def print_comparison(table: dict[str, Any], options: CompareOptions) -> None:
@@ -95,7 +92,7 @@ def print_comparison(table: dict[str, Any], options: CompareOptions) -> None:
         table: what :func:`spherical_wrist.comparison.report.told` returns.
         options: whether all figures are wanted, and where files were written.
     """
-    console = Console(highlight=False)
+    console = printer()
     console.print(_standings(table, console.width))
     console.print(Text(ABOUT, "dim"))
     if options.full or len(table["cells"]) <= FEW:

@@ -6,10 +6,9 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from rich.console import Console
 from rich.text import Text
 
-from spherical_wrist.cli.output import print_json
+from spherical_wrist.cli.output import print_json, printer
 from spherical_wrist.cli.progress import counting
 from spherical_wrist.cli.tables import Entry, fitted, short
 from spherical_wrist.comparison.contestants import contestants
@@ -18,7 +17,7 @@ from spherical_wrist.comparison.frontier import Axis, chosen_axes, frontier
 from spherical_wrist.comparison.frontier_report import told
 from spherical_wrist.experiment.command import read_settings
 from spherical_wrist.experiment.description import read_toml
-from spherical_wrist.files import write_whole
+from spherical_wrist.files import write_together
 
 
 class FrontierOptions(NamedTuple):
@@ -69,14 +68,12 @@ def _write(table: dict[str, Any], axes: Sequence[Axis], folder: Path) -> None:
 
     contents = as_files(frontier_picture(table, axes), "frontier")
     table["files"] = sorted([*contents, "frontier.json"])
-    for name, content in contents.items():
-        write_whole(folder / name, content, "file")
-    text = json.dumps(table, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
-    write_whole(folder / "frontier.json", text.encode(), "file")
+    contents["frontier.json"] = (json.dumps(table, indent=2, ensure_ascii=False, allow_nan=False) + "\n").encode()
+    write_together({folder / name: content for name, content in contents.items()})
 
 
 def _print(table: dict[str, Any], axes: Sequence[Axis], folder: Path | None) -> None:
-    console = Console(highlight=False)
+    console = printer()
     headings = ["law", *(f"{axis.name}\n[{axis.shown[1]}]" for axis in axes)]
     best = {axis.name: max(_reach(law["edges"][axis.name], axis) for law in table["laws"]) for axis in axes}
     rows: list[list[Entry]] = []

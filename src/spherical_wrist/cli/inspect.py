@@ -3,10 +3,18 @@
 from dataclasses import asdict
 from pathlib import Path
 
-from rich.console import Console
 from rich.text import Text
 
-from spherical_wrist.cli.output import conditions, footnote, headline, metrics_table, parts, print_json, thinning
+from spherical_wrist.cli.output import (
+    conditions,
+    footnote,
+    headline,
+    metrics_table,
+    parts,
+    print_json,
+    printer,
+    thinning,
+)
 from spherical_wrist.inspection import Inspection, inspect
 
 
@@ -44,7 +52,7 @@ def _print_json(found: Inspection, path: Path) -> None:
 
 def _print_tables(found: Inspection, path: Path) -> None:
     run = found.run
-    console = Console(highlight=False)
+    console = printer()
     console.print(Text.assemble((str(path), "bold"), f"  {len(run)} samples", thinning(run)), soft_wrap=True)
     console.print(headline(run))
     console.print(Text(conditions(run), style="dim"))

@@ -10,9 +10,9 @@ from rich.console import Console
 from rich.text import Text
 
 from spherical_wrist.campaign.folder import Folder
-from spherical_wrist.cli.output import print_json
+from spherical_wrist.cli.output import print_json, printer
 from spherical_wrist.cli.tables import Entry, fitted, short
-from spherical_wrist.files import write_whole
+from spherical_wrist.files import check_writable, write_whole
 from spherical_wrist.report.findings import findings
 
 PAGE = "report.html"
@@ -30,10 +30,13 @@ def report_campaign(path: Path, bound: float, output: Path | None, as_json: bool
     Raises:
         WristError: there is no campaign or no episode, it cannot be read, or the page cannot be written.
     """
-    with _waiting():
-        told, curves = findings(Folder.open(path), bound)
+    folder = Folder.open(path)
     if output is None and not as_json:
         output = path / PAGE
+    if output is not None:
+        check_writable(output, "page")
+    with _waiting():
+        told, curves = findings(folder, bound)
     if output is not None:
         from spherical_wrist.report.page import page  # matplotlib, half a second of imports
 
@@ -55,7 +58,7 @@ def _waiting() -> Iterator[None]:
 
 
 def _print(told: dict[str, Any], output: Path | None) -> None:
-    console = Console(highlight=False)
+    console = printer()
     campaign = told["campaign"]
     share = (
         "complete" if campaign["complete"] else f"{100.0 * campaign['stored'] / campaign['episodes']:.3g} % complete"

@@ -1,6 +1,5 @@
 """``wrist run``: options to an experiment, the experiment to a run, the run to a table, JSON and a recording."""
 
-import signal
 import sys
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
@@ -9,11 +8,13 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from spherical_wrist.cli.output import print_json, run_table
-from spherical_wrist.errors import ParameterError, RecordingError
+from spherical_wrist.cli.signals import noted
+from spherical_wrist.errors import ParameterError
 from spherical_wrist.experiment.command import read_settings
 from spherical_wrist.experiment.description import Experiment, read_toml, with_changes
 from spherical_wrist.experiment.run import Run
 from spherical_wrist.experiment.simulate import simulate
+from spherical_wrist.files import check_writable
 from spherical_wrist.simulation.outcome import Status
 
 SHOW_PROGRESS_FROM = 60.0
@@ -51,8 +52,8 @@ def run_experiment(file: Path | None, changes: Mapping[str, Any], settings: list
     if options.every < 1:
         raise ParameterError(f"--record-every {options.every}: must be 1 or more")
     if options.recording is not None:
-        _check_writable(options.recording)
-    with _stop_on_signals() as received:
+        check_writable(options.recording)
+    with noted() as received:
         with _progress(experiment.duration, options.json) as progress:
             run = simulate(
                 experiment,
@@ -92,35 +93,6 @@ def summary(run: Run, recording: Path | None) -> dict[str, Any]:
         "real_time_factor": run.real_time_factor,
         "metrics": asdict(run.metrics),
     }
-
-
-def _check_writable(path: Path) -> None:
-    """Refuses, before anything is simulated, a recording that could never be written."""
-    if path.is_dir():
-        raise RecordingError(f"recording {str(path)!r} is a directory: give a file, such as {path / 'run.rrd'}")
-    if not path.resolve().parent.is_dir():
-        raise RecordingError(f"recording {str(path)!r}: there is no directory {str(path.parent)!r}; make it first")
-
-
-@contextmanager
-def _stop_on_signals() -> Iterator[list[int]]:
-    """Notes SIGINT and SIGTERM in the list that it yields, once; the next one acts as usual."""
-    received: list[int] = []
-    watched = (signal.SIGINT, signal.SIGTERM)
-    before = {number: signal.getsignal(number) for number in watched}
-
-    def note(number: int, _: Any) -> None:
-        received.append(number)
-        for each in watched:
-            signal.signal(each, before[each])
-
-    for number in watched:
-        signal.signal(number, note)
-    try:
-        yield received
-    finally:
-        for number in watched:
-            signal.signal(number, before[number])
 
 
 @contextmanager

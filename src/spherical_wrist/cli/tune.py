@@ -3,28 +3,25 @@
 import json
 import re
 import shlex
-import signal
 import sys
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from rich.console import Console
 from rich.text import Text
 
-from spherical_wrist.cli.output import print_json
+from spherical_wrist.cli.output import print_json, printer
 from spherical_wrist.cli.progress import counting
+from spherical_wrist.cli.signals import noted
 from spherical_wrist.cli.tables import Entry, fitted, short
 from spherical_wrist.comparison.cases import DEFAULT, read_cases, select
 from spherical_wrist.comparison.contestants import contestants
-from spherical_wrist.comparison.folder import make_folder
 from spherical_wrist.control import Law
 from spherical_wrist.errors import ParameterError
 from spherical_wrist.experiment.command import read_settings
 from spherical_wrist.experiment.description import read_toml
 from spherical_wrist.experiment.run import versions
-from spherical_wrist.files import write_whole
+from spherical_wrist.files import make_folder, write_together
 from spherical_wrist.tuning.family import Family, usual
 from spherical_wrist.tuning.front import FOLDER, told
 from spherical_wrist.tuning.gains_file import gains_file
@@ -74,7 +71,7 @@ def tune_law(text: str, changes: Mapping[str, Any], settings: list[str], options
     space = space_of(law, options.parameters, per_axis=options.per_axis)
     search = Search(space, bool(options.parameters), family, options.sampler, options.seed)
     folder = options.folder or Path(f"tune-{law.name}")
-    with _signals() as received, counting("tuning") as progress:
+    with noted() as received, counting("tuning") as progress:
         found = tune(search, folder, options.trials, jobs=options.jobs, progress=progress, stop=lambda: bool(received))
     if found is None:
         print("stopped before the first trials were done", file=sys.stderr)
@@ -91,28 +88,6 @@ def tune_law(text: str, changes: Mapping[str, Any], settings: list[str], options
         print(done, file=sys.stderr)
         return 128 + received[0]
     return 0
-
-
-@contextmanager
-def _signals() -> Iterator[list[int]]:
-    """Notes SIGINT and SIGTERM in the list that it yields, once; the next one acts as usual."""
-    received: list[int] = []
-    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
-
-    def restore() -> None:
-        for number, handler in before.items():
-            signal.signal(number, handler)
-
-    def note(number: int, _: Any) -> None:
-        received.append(number)
-        restore()
-
-    for number in before:
-        signal.signal(number, note)
-    try:
-        yield received
-    finally:
-        restore()
 
 
 def _law(text: str, tables: Mapping[str, Any], every: Mapping[str, Any]) -> Law:
@@ -142,14 +117,12 @@ def _write(found: Found, table: dict[str, Any], folder: Path, again: list[str]) 
         path = str(folder / point["file"])
         compare = ["wrist", "compare", path, "--law", path, *chosen, *again]
         contents[point["file"]] = gains_file(found.search.family.base, law, point, table, compare).encode()
-    for name, content in contents.items():
-        write_whole(folder / name, content, "file")
+    table["files"] = ["tune.db", *contents, "tune.json"]
+    contents["tune.json"] = (json.dumps(table, indent=2, ensure_ascii=False, allow_nan=False) + "\n").encode()
+    write_together({folder / name: content for name, content in contents.items()})
     for file in (folder / FOLDER).iterdir():
         if OURS.fullmatch(file.name) and f"{FOLDER}/{file.name}" not in contents:
             file.unlink()  # no longer on the front
-    table["files"] = ["tune.db", *contents, "tune.json"]
-    text = json.dumps(table, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
-    write_whole(folder / "tune.json", text.encode(), "file")
 
 
 def _warn(found: Found) -> None:
@@ -161,7 +134,7 @@ def _warn(found: Found) -> None:
 
 
 def _print(table: dict[str, Any], folder: Path) -> None:
-    console = Console(highlight=False)
+    console = printer()
     default, infeasible = table["default"], table["infeasible"]
     console.print(
         Text.assemble(

@@ -10,11 +10,11 @@ from typing import Any
 
 from spherical_wrist.comparison.cases import Case
 from spherical_wrist.comparison.contestants import YARDSTICK, Laws
-from spherical_wrist.comparison.folder import make_folder
 from spherical_wrist.comparison.results import Cell, Comparison
 from spherical_wrist.comparison.threads import Progress, Simulate, in_threads
 from spherical_wrist.errors import ParameterError, UnknownNameError
 from spherical_wrist.experiment.description import Experiment
+from spherical_wrist.files import make_folder
 
 BESIDE = ""
 """Label of plain computed torque where it runs beside the laws and not as one of them."""

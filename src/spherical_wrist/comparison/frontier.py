@@ -6,10 +6,10 @@ from typing import Any, NamedTuple
 
 from spherical_wrist.comparison.contestants import Laws
 from spherical_wrist.comparison.crossing import Crossing, first_crossing
-from spherical_wrist.comparison.folder import make_folder
 from spherical_wrist.comparison.threads import Progress, Simulate, in_threads
 from spherical_wrist.errors import ParameterError, UnknownNameError
 from spherical_wrist.experiment.description import Experiment, with_changes
+from spherical_wrist.files import make_folder
 from spherical_wrist.simulation.outcome import Status
 
 BOUND = 0.1

@@ -27,6 +27,9 @@ OPTIONS = {
     "control_period": "--control-period",
     "seed": "--seed",
     "model": "--model",
+    "joint": "--joint",
+    "motors": "--motors",
+    "tip": "--tip",
 }
 """Parameters that have an option of their own; the rest go through ``--set``."""
 
@@ -122,6 +125,8 @@ def _member(field: str, value: Member, usual: Member, address: str | None) -> It
 def _address(member: Member) -> str:
     if isinstance(member, Law):
         return law_address(type(member))
+    if ".py:" in member.address:
+        return member.address
     if type(member).members.get(member.name) is not type(member):
         raise ParameterError(f"{member.kind} {member.name!r} is not one that the command line knows (see wrist list)")
     return member.name
@@ -142,7 +147,9 @@ def _shortest(owner: Parameters, name: str) -> Any:
 def _setting(name: str, value: Any) -> Iterator[str]:
     if value is None:
         raise ParameterError(f"{name} = None cannot be written on the command line: leave it at its default")
-    if name in OPTIONS:
+    if name == "motors":
+        yield from (OPTIONS[name], ",".join(value))
+    elif name in OPTIONS:
         yield from (OPTIONS[name], value if isinstance(value, str) else _toml(value))
     else:
         bare = isinstance(value, str) and BARE.fullmatch(value)

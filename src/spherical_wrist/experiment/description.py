@@ -20,7 +20,7 @@ from spherical_wrist.sensing import Sensing
 from spherical_wrist.simulation.closed_loop import Start
 from spherical_wrist.simulation.hardware import Hardware
 from spherical_wrist.simulation.timing import Timing
-from spherical_wrist.wrist import Wrist
+from spherical_wrist.wrist import Names, Wrist, WristFile
 
 STEADY_FROM = 2.0
 """Start of the steady window [s], where an experiment does not say otherwise."""
@@ -45,6 +45,10 @@ def _sensing(given: Any) -> Any:
 
 def _actuation(given: Any) -> Any:
     return Actuation.resolve(given, default="ideal")
+
+
+def _names(given: Any) -> Any:
+    return [name.strip() for name in given.split(",")] if isinstance(given, str) else given
 
 
 class Experiment(Parameters):
@@ -93,6 +97,11 @@ class Experiment(Parameters):
     model: Annotated[Path, AfterValidator(Path.resolve)] | None = quantity(
         None, "", "MJCF file of the wrist; the one of the package where none is given"
     )
+    joint: str | None = quantity(None, "", "the wrist's ball joint, where the model has several")
+    motors: Annotated[tuple[str, str, str] | None, BeforeValidator(_names)] = quantity(
+        None, "", "the three motors on that joint, where there are more: a list, or A,B,C"
+    )
+    tip: str | None = quantity(None, "", "site of the tool tip, where none of several is called tip")
 
     @classmethod
     def from_toml(cls, path: Path | str, changes: Mapping[str, Any] | None = None) -> Self:
@@ -112,13 +121,18 @@ class Experiment(Parameters):
         """What differs between plant and nominal model."""
         return Perturbation(self.mass_scale, self.com_shift, self.payload, self.friction, self.damping)
 
+    @property
+    def wrist_file(self) -> WristFile:
+        """Where the wrist comes from."""
+        return WristFile(self.model, Names(self.joint, self.motors, self.tip))
+
     def nominal(self) -> Wrist:
         """The wrist that the controller believes in.
 
         Raises:
             ModelError: the MJCF file is not a wrist.
         """
-        return Wrist.load(self.model)
+        return self.wrist_file.load()
 
     def plant(self) -> Wrist:
         """The wrist that is simulated.
@@ -136,7 +150,11 @@ class Experiment(Parameters):
     @property
     def drawn_reference(self) -> Reference:
         """The reference with everything random in it drawn, from the experiment's seed."""
-        return self.reference.drawn(np.random.default_rng([self.seed, 3]))
+        return self.reference.drawn(self.generator_of_reference())
+
+    def generator_of_reference(self) -> np.random.Generator:
+        """A new generator of everything random in the reference."""
+        return np.random.default_rng([self.seed, 3])
 
     @property
     def hardware(self) -> Hardware:

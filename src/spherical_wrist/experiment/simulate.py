@@ -2,13 +2,17 @@
 
 import time
 from collections.abc import Callable
+from math import ceil
 from typing import NamedTuple
 
 import numpy as np
 
 from spherical_wrist.errors import ParameterError
 from spherical_wrist.experiment.description import Experiment
-from spherical_wrist.experiment.run import Run, versions
+from spherical_wrist.experiment.evidence import Evidence
+from spherical_wrist.experiment.guard import guarded_motion, guarded_torque
+from spherical_wrist.experiment.run import Run, circumstances
+from spherical_wrist.libmujoco import warnings_kept_in_data
 from spherical_wrist.metrics import LogMeter, Measurement, Metrics
 from spherical_wrist.simulation.closed_loop import ClosedLoop
 from spherical_wrist.simulation.engine import Engine, compiled_engine, interpreted_engine
@@ -19,6 +23,9 @@ from spherical_wrist.simulation.series import Series
 from spherical_wrist.simulation.timing import Timing
 from spherical_wrist.simulation.workbench import Sampled, Workbench
 from spherical_wrist.wrist import Wrist
+
+MOST_ROWS = 20_000_000
+"""Rows of a series: some ten gigabytes in memory, 5½ hours at 1 kHz."""
 
 
 def simulate(
@@ -46,12 +53,19 @@ def simulate(
         The run. That it diverged is an outcome and no exception.
 
     Raises:
-        ParameterError: the experiment's periods do not fit, or its disturbance has no size.
+        ParameterError: the experiment's periods do not fit, its disturbance has no size, or there would be too many
+            rows to keep.
         ModelError: the MJCF file is not a wrist.
         LawError: the law raises, returns no torque, or cannot be compiled.
     """
     if record_every < 1:
         raise ParameterError(f"record_every = {record_every}: must be 1 or more")
+    rows = experiment.duration / experiment.control_period / record_every
+    if keep_series and rows > MOST_ROWS:
+        raise ParameterError(
+            f"the series would have {rows:.3g} rows, {MOST_ROWS:g} are the most: keep every so-many-th with "
+            f"record_every = {ceil(rows * record_every / MOST_ROWS)} (--record-every), or none (--no-recording)"
+        )
     kept = [Series.empty()]
 
     def keep(loop: ClosedLoop, logged: Logged) -> None:
@@ -61,6 +75,7 @@ def simulate(
         if progress is not None:
             progress(loop.sample * experiment.control_period)
 
+    evidence = Evidence.of(experiment) if keep_series else Evidence()
     bench = Workbench(interpreted_engine() if interpreted else compiled_engine())
     found = measured(experiment, bench, keep, stop)
     return Run(
@@ -69,7 +84,8 @@ def simulate(
         outcome=found.outcome,
         metrics=found.metrics,
         measurement=found.measurement,
-        versions=versions(),
+        versions=circumstances(),
+        evidence=evidence,
         every=record_every,
         wall_time=found.wall_time,
         _experiment=experiment,
@@ -92,6 +108,7 @@ class Measured(NamedTuple):
     wall_time: float
 
 
+@warnings_kept_in_data()
 def measured(
     experiment: Experiment,
     bench: Workbench,
@@ -109,24 +126,24 @@ def measured(
     Raises:
         WristError: see :func:`simulate`.
     """
-    nominal = bench.wrist(experiment.model)
+    nominal = bench.wrist(experiment.wrist_file)
     timing = experiment.timing(nominal)
     engine, law, seed = bench.engine, experiment.law, experiment.seed
-    drawn = experiment.drawn_reference
+    drawn = guarded_motion(experiment.reference, experiment.generator_of_reference(), experiment.duration)
     reference = Sampled(drawn, bench)
     peak, load = 0.0, experiment.disturbance
     measurement = experiment.measurement(nominal)
     if load.amplitude is None and load.level > 0.0:
         try:
             peak = bench.value(
-                ("peak", experiment.model, drawn, timing), lambda: _peak(nominal, reference, timing, engine, stop)
+                ("peak", experiment.wrist_file, drawn, timing), lambda: _peak(nominal, reference, timing, engine, stop)
             )
         except _StoppedError:
             nothing = LogMeter(measurement, engine).result()
             return Measured(Outcome(Status.INTERRUPTED, 0.0, "stopped on request"), nothing, measurement, 0.0)
-    torque = load.torque(peak, np.random.default_rng(seed))
+    torque = guarded_torque(load, peak, np.random.default_rng(seed))
     disturbance = bench.sampled(("torque", load, peak, seed), torque)
-    machine = bench.machine(experiment.model, experiment.perturbation, timing)
+    machine = bench.machine(experiment.wrist_file, experiment.perturbation, timing)
     parts = (law, reference, disturbance, timing, engine, experiment.start, experiment.hardware)
     loop = ClosedLoop(nominal, nominal, *parts, bench, machine)
     meter, outcome = LogMeter(measurement, engine), None

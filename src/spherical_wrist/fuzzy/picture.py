@@ -4,6 +4,7 @@ The only file of this room that imports matplotlib, and only when a picture is d
 nothing global is touched, and no screen is needed.
 """
 
+import io
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -12,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from spherical_wrist.errors import ParameterError
+from spherical_wrist.files import write_whole
 from spherical_wrist.fuzzy.findings import Report, report
 from spherical_wrist.fuzzy.mamdani import Mamdani
 from spherical_wrist.fuzzy.rules import Inference
@@ -39,6 +41,15 @@ class Picture(NamedTuple):
     figure: Any
     report: Report
 
+    def content(self, kind: str) -> bytes:
+        """The drawing as a file of a kind, such as ``"svg"``; the same rule base makes the same bytes."""
+        import matplotlib as mpl
+
+        content = io.BytesIO()
+        with mpl.rc_context(_STYLE):
+            self.figure.savefig(content, format=kind, dpi=160, metadata={"Date": None} if kind == "svg" else None)
+        return content.getvalue()
+
 
 def picture(
     inference: Inference,
@@ -61,6 +72,7 @@ def picture(
 
     Raises:
         ParameterError: the path has another ending, or its folder does not exist.
+        RecordingError: the file cannot be written.
     """
     file = None if path is None else Path(path)
     if file is not None and (file.suffix.lower() not in FORMATS or not file.parent.is_dir()):
@@ -88,10 +100,10 @@ def picture(
         if title:
             figure.suptitle(title, weight="bold")
         foot.text(0.012, 0.5, "\n".join(found.lines()), va="center", linespacing=1.5)
-        if file is not None:
-            # without a date, so that the same rule base makes the same file
-            figure.savefig(file, dpi=160, metadata={"Date": None} if file.suffix.lower() == ".svg" else None)
-    return Picture(figure, found)
+    drawn = Picture(figure, found)
+    if file is not None:
+        write_whole(file, drawn.content(file.suffix[1:].lower()), "picture")
+    return drawn
 
 
 def _colours(count: int) -> Any:

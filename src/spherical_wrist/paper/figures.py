@@ -1,6 +1,6 @@
 """Figures 1 and 2 of the paper: trajectory following, and disturbance rejection."""
 
-from pathlib import Path
+import io
 from typing import Any
 
 import matplotlib as mpl
@@ -29,6 +29,7 @@ LOOK: dict[str, dict[str, Any]] = {
     BASELINE: {"color": "#d55e00", "linestyle": "-", "label": "baseline (fixed slope)"},
     PROPOSED: {"color": "#0072b2", "linestyle": "-", "label": "proposed (fuzzy slope)"},
 }
+KINDS = ("png", "svg")
 ANGLES = ("α", "β", "γ")
 ZOOM = (3.0, 3.05)
 """Part of the time [s] for which figure 2 shows the torque."""
@@ -76,17 +77,16 @@ def figure_2(found: Evaluation) -> Figure:
     return drawing
 
 
-def save(found: Evaluation, folder: Path) -> list[str]:
-    """Writes both figures and a picture of the rule base as PNG and SVG; returns the names of the files."""
-    names = []
+def files(found: Evaluation) -> dict[str, bytes]:
+    """Both figures and a picture of the rule base by the names of their files, as PNG and SVG."""
+    contents = {}
     for name, drawing in (("figure-1", figure_1(found)), ("figure-2", figure_2(found))):
-        for kind in ("png", "svg"):
-            drawing.savefig(folder / f"{name}.{kind}", dpi=200, metadata={"Date": None} if kind == "svg" else None)
-            names.append(f"{name}.{kind}")
-    for name in ("rules.png", "rules.svg"):
-        picture(FuzzySlidingComputedTorque().tuner.system(), folder / name)
-        names.append(name)
-    return names
+        for kind in KINDS:
+            content = io.BytesIO()
+            drawing.savefig(content, format=kind, dpi=200, metadata={"Date": None} if kind == "svg" else None)
+            contents[f"{name}.{kind}"] = content.getvalue()
+    rules = picture(FuzzySlidingComputedTorque().tuner.system())
+    return contents | {f"rules.{kind}": rules.content(kind) for kind in KINDS}
 
 
 def _angles(attitude: np.ndarray) -> np.ndarray:

@@ -3,9 +3,9 @@
 from pathlib import Path
 from typing import Any
 
-from spherical_wrist.errors import ParameterError
 from spherical_wrist.experiment.recordings import record
 from spherical_wrist.experiment.run import versions
+from spherical_wrist.files import make_folder, write_together
 from spherical_wrist.paper import figures, setting
 from spherical_wrist.paper.claims import judge
 from spherical_wrist.paper.evaluation import Case, Evaluation, evaluate
@@ -21,6 +21,7 @@ FIGURE_2 = (
 RULES = (
     "The 21 rules of the proposal: fuzzy sets of the error and its rate, rule weights, and the slope that they make."
 )
+RECORDINGS = "recordings"
 DRAWN = ("", setting.MAIN, setting.SMOOTH)
 """Variants that the figures show, and whose runs are recorded."""
 
@@ -35,21 +36,15 @@ def regenerate(folder: Path) -> dict[str, Any]:
         The same as plain tables: the setting, the table's entries, the claims, and the names of the files.
 
     Raises:
-        ParameterError: the folder cannot be made or written to.
-        RecordingError: a recording cannot be written.
+        RecordingError: the folder cannot be made, or a file in it cannot be written.
     """
-    try:
-        (folder / "recordings").mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise ParameterError(f"folder {str(folder)!r} cannot be made: {error.strerror or error}") from None
+    make_folder(folder)
+    make_folder(folder / RECORDINGS)
     found = evaluate()
     findings = judge(found)
-    try:
-        drawn = figures.save(found, folder)
-        recorded = [_record(found, case, folder) for case in found.runs if case.variant in DRAWN]
-        _write(folder / "report.md", text(found, findings))
-    except OSError as error:
-        raise ParameterError(f"folder {str(folder)!r} cannot be written to: {error.strerror or error}") from None
+    recorded = [_record(found, case, folder) for case in found.runs if case.variant in DRAWN]
+    contents = {"report.md": (text(found, findings) + "\n").encode(), **figures.files(found)}
+    write_together({folder / name: content for name, content in contents.items()})
     return {
         "disturbance_Nm": found.disturbance,
         "table": [entry(found, case) for case in found.runs],
@@ -57,7 +52,7 @@ def regenerate(folder: Path) -> dict[str, Any]:
             {"claim": f.claim, "source": f.source, "verdict": str(f.verdict), "evidence": f.evidence} for f in findings
         ],
         "versions": versions(),
-        "files": ["report.md", *drawn, *recorded],
+        "files": [*contents, *recorded],
     }
 
 
@@ -137,12 +132,6 @@ def _table(found: Evaluation) -> str:
 
 
 def _record(found: Evaluation, case: Case, folder: Path) -> str:
-    name = f"recordings/{case.name}.rrd"
+    name = f"{RECORDINGS}/{case.name}.rrd"
     record(found.runs[case], folder / name)
     return name
-
-
-def _write(path: Path, content: str) -> None:
-    part = path.with_suffix(".part")
-    part.write_text(content + "\n", encoding="utf-8")
-    part.replace(path)

@@ -39,15 +39,21 @@ def _recorded(fill: Callable[[rr.RecordingStream], None], blueprint: rrb.Bluepri
     try:
         if not rr.is_enabled(stream):
             raise RecordingError("the environment switches Rerun off: unset the variable RERUN to record")
-        _send_blueprint(stream, blueprint)
+        send_blueprint(stream, blueprint)
         fill(stream)
         return memory.drain_as_bytes()
     finally:
         stream.disconnect()
 
 
-def _send_blueprint(stream: rr.RecordingStream, blueprint: rrb.Blueprint) -> None:
-    """What ``stream.send_blueprint`` does, but disconnecting the blueprint's own stream."""
+def send_blueprint(stream: rr.RecordingStream, blueprint: rrb.Blueprint, active: bool = False) -> None:
+    """What ``stream.send_blueprint`` does, but disconnecting the blueprint's own stream.
+
+    Args:
+        stream: where to.
+        blueprint: how the viewer shows the recording, unless its user has arranged it otherwise.
+        active: whatever its user has arranged.
+    """
     native = rerun_bindings.new_blueprint(APPLICATION, make_default=False, make_thread_default=False)
     own = rr.RecordingStream._from_native(native)
     memory = own.memory_recording()
@@ -55,7 +61,7 @@ def _send_blueprint(stream: rr.RecordingStream, blueprint: rrb.Blueprint) -> Non
         own.set_time("blueprint", sequence=0)
         blueprint._log_to_stream(own)
         rerun_bindings.send_blueprint(
-            memory.storage, make_active=False, make_default=True, recording=stream.to_native()
+            memory.storage, make_active=active, make_default=True, recording=stream.to_native()
         )
     finally:
         own.disconnect()

@@ -48,8 +48,8 @@ class Logged(NamedTuple):
             desired_attitude=desired_attitude,
             desired_rate=self.desired["rate"].copy(),
             disturbance=self.disturbance.copy(),
-            tip=tip_position(columns["attitude"], wrist.anchor, wrist.lever),
-            desired_tip=tip_position(desired_attitude, wrist.anchor, wrist.lever),
+            tip=tip_position(columns["attitude"], wrist.anchor, wrist.mount, wrist.lever),
+            desired_tip=tip_position(desired_attitude, wrist.anchor, wrist.mount, wrist.lever),
             law_state=self.states,
             current=self.currents,
         )

@@ -41,14 +41,15 @@ class Parts(NamedTuple):
 
     @classmethod
     def of(cls, wrist: Wrist) -> Self:
-        """Those of a nominal wrist; at its start, the frame of the jointed body is along that of the world."""
+        """Those of a nominal wrist, at whose start the frame of the jointed body is its mount."""
         model, moving = wrist.model, wrist.moving
         data = mujoco.MjData(model)
         mujoco.mj_forward(model, data)
-        axes = data.ximat[moving].reshape(-1, 3, 3)
+        back = wrist.mount.T
+        axes = back @ data.ximat[moving].reshape(-1, 3, 3)
         tensors = (axes * model.body_inertia[moving][:, None, :]) @ axes.transpose(0, 2, 1)
-        centres = data.xipos[moving] - data.xpos[wrist.body]
-        turns = data.xmat[moving].reshape(-1, 3, 3)
+        centres = (data.xipos[moving] - data.xpos[wrist.body]) @ wrist.mount
+        turns = back @ data.xmat[moving].reshape(-1, 3, 3)
         return cls(model.body_mass[moving].copy(), centres, turns, tensors, model.jnt_pos[0] + wrist.lever)
 
 

@@ -6,7 +6,6 @@ same bits, whatever came before it.
 
 from collections import OrderedDict
 from collections.abc import Callable, Hashable
-from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
 
 import mujoco
@@ -21,7 +20,7 @@ from spherical_wrist.simulation.nominal import Motion, NominalModel
 from spherical_wrist.simulation.physics import physics_model
 from spherical_wrist.simulation.plant_model import PlantModel
 from spherical_wrist.simulation.timing import Timing
-from spherical_wrist.wrist import Wrist
+from spherical_wrist.wrist import Wrist, WristFile
 
 Array = npt.NDArray[np.float64]
 Made = TypeVar("Made")
@@ -104,24 +103,24 @@ class Workbench:
         self._values, self._arrays = Memory(), Memory(arrays)
         self._log = np.empty(0, LOG)
 
-    def wrist(self, model: Path | None) -> Wrist:
+    def wrist(self, file: WristFile) -> Wrist:
         """The wrist of an MJCF file.
 
         Raises:
             ModelError: the file is not a wrist.
         """
-        return self._wrists.get(model, lambda: Wrist.load(model))
+        return self._wrists.get(file, file.load)
 
-    def machine(self, model: Path | None, change: Perturbation, timing: Timing) -> Machine:
+    def machine(self, file: WristFile, change: Perturbation, timing: Timing) -> Machine:
         """Plant and nominal model of the wrist of an MJCF file, valid until the next ones are asked for.
 
         Raises:
             ModelError: MuJoCo refuses the plant, or cannot step it.
         """
-        step, wrist = timing.physics_period, self.wrist(model)
-        plant = self._plants.get((model, step), lambda: PlantModel(wrist, step))
+        step, wrist = timing.physics_period, self.wrist(file)
+        plant = self._plants.get((file, step), lambda: PlantModel(wrist, step))
         plant.perturb(change)
-        nominal = self._nominals.get((model, step), lambda: NominalModel(wrist, timing, self.engine))
+        nominal = self._nominals.get((file, step), lambda: NominalModel(wrist, timing, self.engine))
         return Machine(plant.model, plant.data, nominal)
 
     def law(self, law: Law) -> PreparedLaw:

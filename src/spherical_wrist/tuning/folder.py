@@ -6,8 +6,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from spherical_wrist.comparison.folder import make_folder
 from spherical_wrist.errors import ParameterError
+from spherical_wrist.files import make_folder
 
 LOCK = ".lock"
 
@@ -17,7 +17,7 @@ def alone(folder: Path) -> Iterator[None]:
     """The folder, made where there is none, for this command alone; the lock is the kernel's and ends with its holder.
 
     Raises:
-        ParameterError: another command holds it, or it cannot be made.
+        WristError: another command holds it, or it cannot be made or written to.
     """
     make_folder(folder)
     try:

@@ -1,0 +1,121 @@
+"""A wrist: a compiled model and where its parts are."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import NamedTuple
+
+import mujoco
+import numpy as np
+import numpy.typing as npt
+
+from spherical_wrist.libmujoco import warnings_kept_in_data
+from spherical_wrist.wrist.mjcf import compiled, default_model, read_spec
+from spherical_wrist.wrist.parts import AXES, UNNAMED, Names, ball_joint, motor_matrix, tip_site, torque_motors
+from spherical_wrist.wrist.reduction import reduced
+
+Array = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Wrist:
+    """A compiled wrist model and where its parts are.
+
+    The *mount* is the frame in which the jointed body lies at the start, and attitudes are relative to it: body →
+    mount. For the package's wrist, as for every model whose ball starts unturned, it is along the world's.
+
+    Attributes:
+        spec: the editable description that the model was compiled from; of a model with more joints, what is left with
+            these held where the model starts.
+        model: the compiled model, with all its geometry. Its only joint is the ball, its actuators are the motors.
+        names: what was chosen by name.
+        body: index of the body that the ball joint moves.
+        motors: (3, 3) matrix G with τ = G u: body-frame torque [N·m] from the three motor controls.
+        lower: smallest motor controls (3,), −inf where a motor has no limit.
+        upper: largest motor controls (3,).
+        anchor: centre of the ball joint in the world [m].
+        mount: rotation (3, 3) from the mount to the world.
+        lever: from the centre of the ball joint to the tool tip, in the body frame [m].
+    """
+
+    spec: mujoco.MjSpec
+    model: mujoco.MjModel
+    names: Names
+    body: int
+    motors: Array
+    lower: Array
+    upper: Array
+    anchor: Array
+    mount: Array
+    lever: Array
+
+    @classmethod
+    def load(cls, path: Path | str | None = None, names: Names = UNNAMED) -> "Wrist":
+        """Reads a wrist from an MJCF file; without one, the wrist that comes with the package.
+
+        Raises:
+            ModelError: the file is missing or not MJCF, or the model is not a wrist.
+        """
+        file = default_model() if path is None else Path(path)
+        return cls.of(read_spec(file), str(file), names)
+
+    @classmethod
+    @warnings_kept_in_data()
+    def of(cls, spec: mujoco.MjSpec, name: str = "wrist", names: Names = UNNAMED) -> "Wrist":
+        """Compiles a description and finds the wrist's parts in it.
+
+        Args:
+            spec: the description; it is left as it is.
+            name: what messages call it.
+            names: joint, motors and tip, where the model has several.
+
+        Raises:
+            ModelError: it does not compile, or is not a wrist: a ball joint; three plain torque motors on it whose axes
+                span the space; a site for the tool tip on what it moves.
+        """
+        model = compiled(spec, name)
+        joint = ball_joint(model, names.joint, name)
+        motors = torque_motors(model, joint, names.motors, name)
+        if model.njnt > 1 or model.nu > AXES:
+            spec = reduced(spec, model, joint, motors)
+            model = compiled(spec, name)
+        body = int(model.jnt_bodyid[0])
+        site = tip_site(model, body, names.tip, name)
+        matrix, lower, upper = motor_matrix(model, range(AXES), name)
+        data = mujoco.MjData(model)
+        mujoco.mj_forward(model, data)
+        anchor, mount = data.xanchor[0].copy(), _rotation(data.xmat[body])
+        lever = mount.T @ (data.site_xpos[site] - anchor)
+        return cls(spec, model, names, body, matrix, lower, upper, anchor, mount, lever)
+
+    @cached_property
+    def moving(self) -> list[int]:
+        """Indices of the bodies that the ball joint moves."""
+        weld = self.model.body_weldid
+        return [b for b in range(1, self.model.nbody) if weld[b] == weld[self.body]]
+
+
+class WristFile(NamedTuple):
+    """Where a wrist comes from.
+
+    Attributes:
+        model: MJCF file; None for the wrist that comes with the package.
+        names: joint, motors and tip, where the model has several.
+    """
+
+    model: Path | None = None
+    names: Names = UNNAMED
+
+    def load(self) -> Wrist:
+        """The wrist.
+
+        Raises:
+            ModelError: see :meth:`Wrist.load`.
+        """
+        return Wrist.load(self.model, self.names)
+
+
+def _rotation(flat: Array) -> Array:
+    """A rotation matrix (3, 3), exactly the identity where it is meant to be: then bits do not depend on rounding."""
+    matrix = flat.reshape(3, 3).copy()
+    return np.eye(3) if np.allclose(matrix, np.eye(3), atol=1e-12) else matrix
