@@ -2,6 +2,7 @@
 
 import re
 from contextlib import suppress
+from importlib import import_module
 from typing import Annotated, Any, Literal, get_args, get_origin, get_type_hints
 
 from pydantic import BaseModel
@@ -22,6 +23,7 @@ def setup(app: Any) -> dict[str, Any]:
     app.connect("autodoc-before-process-signature", _without_annotated)
     app.connect("autodoc-process-signature", _readable)
     app.connect("autodoc-skip-member", _skip)
+    app.connect("missing-reference", _where_defined)
     return {"parallel_read_safe": True, "parallel_write_safe": True}
 
 
@@ -117,3 +119,15 @@ def _skip(app: Any, what: str, name: str, obj: Any, skip: bool, options: Any) ->
     plumbing = name in {"model_config", "model_post_init"} or isinstance(obj, FieldInfo)
     alias = str(getattr(obj, "__doc__", "")).startswith("Alias for field number")
     return True if plumbing or alias else None
+
+
+def _where_defined(app: Any, env: Any, node: Any, contnode: Any) -> Any:
+    """A class by the name that it is imported by leads to where it is defined."""
+    module, _, name = node.get("reftarget", "").rpartition(".")
+    if node.get("refdomain") != "py" or not module.startswith("spherical_wrist"):
+        return None
+    with suppress(ImportError, AttributeError):
+        found = getattr(import_module(module), name)
+        target = f"{found.__module__}.{found.__qualname__}"
+        return env.get_domain("py").resolve_xref(env, node["refdoc"], app.builder, "obj", target, node, contnode)
+    return None
