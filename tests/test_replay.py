@@ -7,7 +7,6 @@ import sys
 import zipfile
 from dataclasses import replace
 
-import mujoco
 import numpy as np
 import pytest
 
@@ -106,7 +105,8 @@ def test_nothing_but_the_recording_is_needed(tmp_path):
         "model/shapes/mesh.xml",
         "model/shapes/tool.obj",
     }
-    assert found.recorded.plant().model.nmesh == 1
+    with found.recorded.plant() as plant:
+        assert plant.spec.copy().compile().nmesh == 1
     record(load_recording(tmp_path / "run.rrd"), tmp_path / "copy.rrd")  # its files are gone, and it can still be drawn
     assert replay(tmp_path / "copy.rrd", trust=True).identical
 
@@ -218,10 +218,10 @@ def test_the_checksums_in_the_properties_are_those_of_the_files(tmp_path):
 def test_the_plant_of_a_recording_is_that_of_the_experiment(tmp_path):
     experiment = Experiment(duration=0.1, mass_scale=1.3, payload=0.02, com_shift=(1e-3, 0.0, 0.0), friction=1e-3)
     record(simulate(experiment), tmp_path / "run.rrd")
-    ours, theirs = load_recording(tmp_path / "run.rrd").plant().model, experiment.plant().model
-    for name in ("body_mass", "body_inertia", "body_ipos", "dof_frictionloss", "geom_size"):
-        np.testing.assert_array_equal(getattr(ours, name), getattr(theirs, name))
-    assert isinstance(ours, mujoco.MjModel)
+    theirs = experiment.plant().model
+    with load_recording(tmp_path / "run.rrd").plant() as plant:
+        for name in ("body_mass", "body_inertia", "body_ipos", "dof_frictionloss", "geom_size"):
+            np.testing.assert_array_equal(getattr(plant.model, name), getattr(theirs, name))
 
 
 def test_the_recording_still_has_a_sensible_size(tmp_path):

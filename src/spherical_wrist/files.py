@@ -78,6 +78,27 @@ def write_together(contents: Mapping[Path, bytes], what: str = "file") -> None:
         _settle(folder)
 
 
+@contextmanager
+def replacing(path: Path, what: str = "file") -> Iterator[Path]:
+    """Writes a file bit by bit so that ``path`` holds either all of it or what it held before.
+
+    Args:
+        path: the file.
+        what: what to call it where it cannot be written.
+
+    Yields:
+        A path under which the caller opens what is to become the file, to write and, if need be, to read it again.
+
+    Raises:
+        RecordingError: the file cannot be written; nothing is left behind.
+    """
+    with _target(path, what) as target, _draft(target.parent) as draft:
+        yield draft.path
+        os.fsync(draft.descriptor)
+        draft.become(target)
+    _settle(target.parent)
+
+
 def check_writable(path: Path, what: str = "recording") -> None:
     """Refuses a file that could not be written, before the work that would be in it; clears its folder of leftovers.
 
@@ -119,6 +140,11 @@ class _Draft(NamedTuple):
     descriptor: int
     hidden: Path
     nameless: bool
+
+    @property
+    def path(self) -> Path:
+        """Where it can be opened."""
+        return _opened(self.descriptor) if self.nameless else self.hidden
 
     def fill(self, content: bytes) -> None:
         """Brings all of the content to the disk."""

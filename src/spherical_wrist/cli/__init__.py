@@ -44,10 +44,12 @@ def _command() -> Any:
     from spherical_wrist.cli import (  # noqa: F401 their commands join those of app
         campaign_commands,
         guide_commands,
+        render_commands,
         replay_commands,
         report_commands,
         study_commands,
         tuning_commands,
+        view_commands,
     )
     from spherical_wrist.cli.app import app
 

@@ -26,7 +26,8 @@ def record(run: Run, path: Path | str) -> None:
     """
     if not len(run):
         raise RecordingError("the run has no series to record: simulate with keep_series=True")
-    write_recording(Path(path), run, run.plant(), _properties(run), run.every, run.evidence.archive())
+    with run.plant() as plant:
+        write_recording(Path(path), run, plant, properties_of(run), run.every, run.evidence.archive())
 
 
 def load_recording(path: Path | str) -> Run:
@@ -60,7 +61,8 @@ def _evidence(properties: Mapping[str, Any], archive: bytes) -> Evidence:
     return Evidence.from_archive(places, archive) if places else Evidence()
 
 
-def _properties(run: Run) -> dict[str, dict[str, Any]]:
+def properties_of(run: Run) -> dict[str, dict[str, Any]]:
+    """The groups of entries that describe a run in its recording."""
     return {
         "experiment": dict(run.description),
         "outcome": {"status": str(run.outcome.status), "time_s": run.outcome.time, "reason": run.outcome.reason},

@@ -1,6 +1,7 @@
 """A run: what came out of an experiment."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -54,20 +55,22 @@ class Run(Series):
         """
         return self._experiment or Experiment(**self.description)
 
-    def plant(self) -> Wrist:
+    @contextmanager
+    def plant(self) -> Iterator[Wrist]:
         """The plant, of the model that was simulated: that of the evidence, wherever its file has gone to.
 
-        It can be looked at and drawn, but not compiled anew where it has meshes.
+        The files of its meshes are there until the context is left.
 
         Raises:
             WristError: there is no evidence, and the experiment cannot be made here.
         """
         if "model" not in self.evidence.places:
-            return self.experiment.plant()
+            yield self.experiment.plant()
+            return
         told = {name: self.description[name] for name in (*Perturbation._fields, *Names._fields)}
         with TemporaryDirectory() as folder:
             self.evidence.unpack(Path(folder))
-            return Experiment(**told, model=Path(folder) / self.evidence.places["model"]).plant()
+            yield Experiment(**told, model=Path(folder) / self.evidence.places["model"]).plant()
 
     @property
     def real_time_factor(self) -> float:

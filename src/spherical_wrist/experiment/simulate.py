@@ -14,7 +14,7 @@ from spherical_wrist.experiment.guard import guarded_motion, guarded_torque
 from spherical_wrist.experiment.run import Run, circumstances
 from spherical_wrist.libmujoco import warnings_kept_in_data
 from spherical_wrist.metrics import LogMeter, Measurement, Metrics
-from spherical_wrist.simulation.closed_loop import ClosedLoop
+from spherical_wrist.simulation.closed_loop import CHUNK, ClosedLoop
 from spherical_wrist.simulation.engine import Engine, compiled_engine, interpreted_engine
 from spherical_wrist.simulation.logged import Logged
 from spherical_wrist.simulation.nominal import Motion, peak_torque
@@ -27,6 +27,9 @@ from spherical_wrist.wrist import Wrist
 MOST_ROWS = 20_000_000
 """Rows of a series: some ten gigabytes in memory, 5½ hours at 1 kHz."""
 
+WATCHED = 1000
+"""Control periods that are simulated at a time where somebody watches: a few milliseconds; the bits are the same."""
+
 
 def simulate(
     experiment: Experiment,
@@ -36,6 +39,7 @@ def simulate(
     interpreted: bool = False,
     progress: Callable[[float], None] | None = None,
     stop: Callable[[], bool] = lambda: False,
+    watch: Callable[[Series], None] | None = None,
 ) -> Run:
     """Runs the closed loop that an experiment describes.
 
@@ -48,6 +52,7 @@ def simulate(
         interpreted: run the loop and the law as plain Python, for a debugger; hundreds of times slower.
         progress: called now and then with the simulated time [s].
         stop: asked now and then whether to stop; the run is then ``interrupted`` and keeps what was simulated.
+        watch: called with every piece of the series as soon as it is simulated, such as ``LiveView.show``.
 
     Returns:
         The run. That it diverged is an outcome and no exception.
@@ -69,15 +74,19 @@ def simulate(
     kept = [Series.empty()]
 
     def keep(loop: ClosedLoop, logged: Logged) -> None:
-        if keep_series:
+        if keep_series or watch is not None:
             first = loop.sample - len(logged.time)
-            kept.append(loop.series(logged).rows(slice(-first % record_every, None, record_every)))
+            piece = loop.series(logged).rows(slice(-first % record_every, None, record_every))
+            if keep_series:
+                kept.append(piece)
+            if watch is not None:
+                watch(piece)
         if progress is not None:
             progress(loop.sample * experiment.control_period)
 
     evidence = Evidence.of(experiment) if keep_series else Evidence()
     bench = Workbench(interpreted_engine() if interpreted else compiled_engine())
-    found = measured(experiment, bench, keep, stop)
+    found = measured(experiment, bench, keep, stop, CHUNK if watch is None else WATCHED)
     return Run(
         **Series.joined(kept).arrays(),
         description=experiment.model_dump(mode="json"),
@@ -114,6 +123,7 @@ def measured(
     bench: Workbench,
     keep: Callable[[ClosedLoop, Logged], None] = lambda loop, logged: None,
     stop: Callable[[], bool] = lambda: False,
+    chunk: int = CHUNK,
 ) -> Measured:
     """Runs the closed loop that an experiment describes, and measures it.
 
@@ -122,6 +132,7 @@ def measured(
         bench: for runs that follow one another on one thread; what they share is made once, and the bits are the same.
         keep: called with the loop and each piece of the log.
         stop: see :func:`simulate`.
+        chunk: control periods that are simulated at a time; the bits do not depend on it.
 
     Raises:
         WristError: see :func:`simulate`.
@@ -152,7 +163,7 @@ def measured(
         if stop():
             outcome = Outcome(Status.INTERRUPTED, loop.sample * timing.control_period, "stopped on request")
             break
-        logged = loop.run()
+        logged = loop.run(chunk)
         meter.add(logged)
         keep(loop, logged)
         outcome = loop.outcome

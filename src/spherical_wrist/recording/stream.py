@@ -46,13 +46,12 @@ def _recorded(fill: Callable[[rr.RecordingStream], None], blueprint: rrb.Bluepri
         stream.disconnect()
 
 
-def send_blueprint(stream: rr.RecordingStream, blueprint: rrb.Blueprint, active: bool = False) -> None:
+def send_blueprint(stream: rr.RecordingStream, blueprint: rrb.Blueprint) -> None:
     """What ``stream.send_blueprint`` does, but disconnecting the blueprint's own stream.
 
-    Args:
-        stream: where to.
-        blueprint: how the viewer shows the recording, unless its user has arranged it otherwise.
-        active: whatever its user has arranged.
+    It is made active, as Rerun itself does. If it were the default only, the web viewer, which may begin to draw before
+    it has all, would keep the layout that it has guessed until then; and a viewer that has shown another run would show
+    this one as that.
     """
     native = rerun_bindings.new_blueprint(APPLICATION, make_default=False, make_thread_default=False)
     own = rr.RecordingStream._from_native(native)
@@ -60,8 +59,6 @@ def send_blueprint(stream: rr.RecordingStream, blueprint: rrb.Blueprint, active:
     try:
         own.set_time("blueprint", sequence=0)
         blueprint._log_to_stream(own)
-        rerun_bindings.send_blueprint(
-            memory.storage, make_active=active, make_default=True, recording=stream.to_native()
-        )
+        rerun_bindings.send_blueprint(memory.storage, make_active=True, make_default=True, recording=stream.to_native())
     finally:
         own.disconnect()

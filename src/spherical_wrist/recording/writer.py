@@ -10,11 +10,12 @@ from spherical_wrist.files import write_whole
 from spherical_wrist.recording import summary
 from spherical_wrist.recording.blueprint import blueprint
 from spherical_wrist.recording.contents import arrays_of
-from spherical_wrist.recording.layout import ABOUT, ARCHIVE, EXPERIMENT_TEXT, FORMAT, JSON, METRICS_TEXT, SEAL, ZIP
+from spherical_wrist.recording.layout import ABOUT, ARCHIVE, FORMAT, JSON, SEAL, ZIP
 from spherical_wrist.recording.plots import ranges, send_arrays
 from spherical_wrist.recording.scene import draw_motion, draw_wrist, timeline
 from spherical_wrist.recording.seal import PLACEHOLDER, sealed
 from spherical_wrist.recording.stream import recorded
+from spherical_wrist.recording.texts import send_texts
 from spherical_wrist.simulation.series import Series
 from spherical_wrist.wrist import Wrist
 
@@ -75,12 +76,6 @@ def _describe(
     recording.send_property(ABOUT, _visible(about))
     recording.send_property(SEAL, _visible({"checksum": PLACEHOLDER}))
     send_texts(recording, summary.metrics_text(properties, rows, every), summary.experiment_text(properties))
-
-
-def send_texts(recording: rr.RecordingStream, metrics: str, experiment: str) -> None:
-    """Sends the two tables beside the plots, as Markdown; they take the place of those sent before."""
-    for entity, text in ((METRICS_TEXT, metrics), (EXPERIMENT_TEXT, experiment)):
-        recording.log(entity, rr.TextDocument(text, media_type=rr.MediaType.MARKDOWN), static=True)
 
 
 def _visible(entries: Mapping[str, float | str]) -> rr.AnyValues:
