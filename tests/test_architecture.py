@@ -12,7 +12,7 @@ import spherical_wrist
 ROOT = Path(spherical_wrist.__file__).parent
 LEVELS = (
     {"errors"},
-    {"files", "libmujoco"},
+    {"files", "guides", "libmujoco"},
     {"parameters", "user_file", "so3", "wrist"},
     {"dynamics", "kinematics", "fuzzy", "reference", "disturbance", "sensing", "actuation"}
     | {"angle_chart", "angle_dynamics", "denavit_hartenberg", "inverse_kinematics"},
@@ -25,7 +25,7 @@ LEVELS = (
     {"cli"},
 )
 LEVEL = {room: level for level, rooms in enumerate(LEVELS) for room in rooms}
-COMMANDS = ("inspect", "replay", "study", "campaign", "tuning", "report", "render", "view")
+COMMANDS = ("guide", "inspect", "replay", "study", "campaign", "tuning", "report", "render", "view")
 KEPT = {
     "numba": {"simulation/compiler.py"},
     "llvmlite": {"simulation/compiler.py"},

@@ -123,7 +123,11 @@ class Campaign(Parameters):
 
     @cached_property
     def distributions(self) -> dict[str, Distribution]:
-        """Distributions of the varied parameters, by dotted name; ``*`` for every axis is spelt out."""
+        """Distributions of the varied parameters, by dotted name; ``*`` for every axis is spelt out.
+
+        Raises:
+            ParameterError: a parameter is varied twice, or something is not a distribution.
+        """
         found = {}
         for name, given in self.vary.items():
             names = [name[:-1] + axis for axis in AXES] if name.endswith(".*") else [name]
@@ -135,7 +139,11 @@ class Campaign(Parameters):
 
     @cached_property
     def bases(self) -> dict[str, Experiment]:
-        """The experiment before its parameters are varied, under each law by its label."""
+        """The experiment before its parameters are varied, under each law by its label.
+
+        Raises:
+            ParameterError: it is not an experiment.
+        """
         start = {**hardware(self.hardware)} if self.hardware is not None else {}
         try:
             first = Experiment(**start | self.experiment)

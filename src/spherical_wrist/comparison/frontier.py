@@ -117,7 +117,7 @@ def frontier(
 ) -> list[Edge]:
     """For every law and axis, where the largest tip error of the steady window first exceeds a bound.
 
-    Along an axis everything else is as the experiment says. The search is that of :func:`first_crossing`, with what it
+    Along an axis everything else is as the experiment says. The search is that of :func:`.first_crossing`, with what it
     guarantees; a run that diverges is a miss. All runs of a search draw the same random numbers, so that noise grows
     and does not change.
 

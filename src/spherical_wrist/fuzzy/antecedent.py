@@ -2,12 +2,12 @@
 
 How true a statement is, is the degree of x in A. AND is a t-norm and OR a t-conorm of the degrees a and b:
 
-==================== ===========  =====================================================
-``min``              AND          min(a, b), Zadeh's and Mamdani's
-``product``          AND          a b, which is smooth, and adds up to one where a and b do
-``max``              OR           max(a, b)
-``probabilistic_sum`` OR          a + b − a b
-==================== ===========  =====================================================
+=====================  ===  =========================================================
+``min``                AND  min(a, b), Zadeh's and Mamdani's
+``product``            AND  a b, which is smooth, and adds up to one where a and b do
+``max``                OR   max(a, b)
+``probabilistic_sum``  OR   a + b − a b
+=====================  ===  =========================================================
 
 ``min`` and ``max``, and ``product`` and ``probabilistic_sum``, belong together: each is the other's De Morgan dual.
 """

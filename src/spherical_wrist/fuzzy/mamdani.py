@@ -133,7 +133,7 @@ class Mamdani:
         return self.output.grid(self.points)
 
     def aggregated(self, *inputs: npt.ArrayLike) -> Array:
-        """The aggregated output set μ_U at the elements U_i, eq. (30)–(31): (*inputs, points)."""
+        """The aggregated output set μ_U at the elements U_i, eq. (30)–(31): ``(*inputs, points)``."""
         strengths, sets = self.rules.strengths(*inputs), self._then_sets()
         flat = AGGREGATIONS[self.aggregation](strengths.reshape(len(strengths), -1), sets)
         return flat.reshape(*strengths.shape[1:], self.points)

@@ -98,6 +98,9 @@ def around(shape: Shape, centre: float, reach: float) -> Membership:
         shape: which membership function.
         centre: where the degree is 1.
         reach: distance from the centre to the feet of the triangle, > 0.
+
+    Raises:
+        ParameterError: there is no such shape.
     """
     if shape == "triangular":
         return Triangular(left=centre - reach, peak=centre, right=centre + reach)

@@ -20,7 +20,7 @@ class Sugeno:
     none does.
 
     Attributes:
-        rules: a rule base whose then-parts are numbers or :class:`Linear`.
+        rules: a rule base whose then-parts are numbers or :class:`.Linear`.
         name: what the output is called.
 
     Raises:

@@ -48,7 +48,7 @@ class Recording:
 
 
 def read_recording(path: Path) -> Recording:
-    """Reads a recording that :func:`write_recording` made.
+    """Reads a recording that :func:`.write_recording` made.
 
     Raises:
         RecordingError: the file is missing, truncated, damaged, or not a recording of this package.

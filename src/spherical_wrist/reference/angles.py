@@ -57,7 +57,7 @@ class Sinusoid(Reference):
     phase: Vector = quantity((0.0, 2.0 * np.pi / 3.0, 4.0 * np.pi / 3.0), "rad", "phase of α, β, γ")
 
     def motion(self, time: Array) -> npt.NDArray[Any]:
-        """See :meth:`Reference.motion`."""
+        """See :meth:`.Reference.motion`."""
         return motion_of_waves(time, np.array(self.amplitude), np.full(3, self.frequency), np.array(self.phase))
 
 
@@ -71,5 +71,5 @@ class Lissajous(Reference):
     phase: Vector = quantity((0.0, 0.0, 0.0), "rad", "phase of α, β, γ")
 
     def motion(self, time: Array) -> npt.NDArray[Any]:
-        """See :meth:`Reference.motion`."""
+        """See :meth:`.Reference.motion`."""
         return motion_of_waves(time, np.array(self.amplitude), np.array(self.frequency), np.array(self.phase))

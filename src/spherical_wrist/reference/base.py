@@ -34,7 +34,7 @@ class Reference(Member):
 
     @classmethod
     def resolve(cls, given: Any, default: str) -> Any:
-        """See :meth:`Member.resolve`; a name may be ``NAME:TEXT``, where the reference has such a short form.
+        """See :meth:`.Member.resolve`; a name may be ``NAME:TEXT``, where the reference has such a short form.
 
         Raises:
             UnknownNameError: the name is not in the family; the message has the nearest valid one.
@@ -54,7 +54,7 @@ class Reference(Member):
 
     @classmethod
     def member(cls, name: Any) -> type[Member]:
-        """See :meth:`Member.member`; a name may be ``NAME:TEXT``, where the reference has such a short form.
+        """See :meth:`.Member.member`; a name may be ``NAME:TEXT``, where the reference has such a short form.
 
         Raises:
             UnknownNameError: there is none; the message has the nearest valid one.

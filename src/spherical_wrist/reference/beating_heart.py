@@ -97,7 +97,7 @@ class BeatingHeart(Reference):
         return self.replaced(seed=int(random.integers(2**32))) if self.seed is None else self
 
     def motion(self, time: Array) -> npt.NDArray[Any]:
-        """See :meth:`Reference.motion`; without a seed, that of seed 0."""
+        """See :meth:`.Reference.motion`; without a seed, that of seed 0."""
         x, y, spin = self._course(time)
         along, across = x.scaled(1e-3 / self.lever), y.scaled(1e-3 / self.lever)
         # the quaternion of the shortest turn from −z to (x, y, −h) is (1 + h, y, −x, 0), but for its length

@@ -33,7 +33,7 @@ class Chirp(Reference):
     phase: Vector = quantity((0.0, 2.0 * np.pi / 3.0, 4.0 * np.pi / 3.0), "rad", "phase of α, β, γ")
 
     def motion(self, time: Array) -> npt.NDArray[Any]:
-        """See :meth:`Reference.motion`."""
+        """See :meth:`.Reference.motion`."""
         turns, size = self.turns(time), np.array(self.amplitude)
         argument = 2.0 * np.pi * turns.value[:, None] + np.array(self.phase)
         omega, slope = 2.0 * np.pi * turns.rate[:, None], 2.0 * np.pi * turns.acceleration[:, None]

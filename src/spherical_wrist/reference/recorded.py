@@ -66,7 +66,11 @@ class Recorded(Reference):
     blend: Positive = quantity(0.5, "s", "time of coming to rest, or of going back to the start")
 
     def motion(self, time: Array) -> npt.NDArray[Any]:
-        """See :meth:`Reference.motion`."""
+        """See :meth:`.Reference.motion`.
+
+        Raises:
+            ParameterError: there is no file, or it is not a motion.
+        """
         if self.file is None:
             raise ParameterError("reference recorded: no file: give reference.file, or recorded:FILE for the reference")
         try:

@@ -17,7 +17,7 @@ class Hold(Reference):
     rotation: Vector = quantity((0.3, 0.2, 0.0), "rad", "rotation vector v of the attitude")
 
     def motion(self, time: Array) -> npt.NDArray[Any]:
-        """See :meth:`Reference.motion`."""
+        """See :meth:`.Reference.motion`."""
         still = np.zeros((len(time), 3))
         return motion_of(quaternion_of_vectors(np.tile(self.rotation, (len(time), 1))), still, still)
 
@@ -34,7 +34,7 @@ class Step(Reference):
     length: Positive = quantity(0.5, "s", "time that the slew takes")
 
     def motion(self, time: Array) -> npt.NDArray[Any]:
-        """See :meth:`Reference.motion`."""
+        """See :meth:`.Reference.motion`."""
         way, speed, change = minimum_jerk((time - self.start)[:, None] / self.length)
         v = np.array(self.rotation)
         return motion_of(quaternion_of_vectors(way * v), speed / self.length * v, change / self.length**2 * v)

@@ -46,7 +46,7 @@ class Suture(Reference):
     pause: NonNegative = quantity(0.6, "s", "rest after the drive, and again after turning back")
 
     def motion(self, time: Array) -> npt.NDArray[Any]:
-        """See :meth:`Reference.motion`."""
+        """See :meth:`.Reference.motion`."""
         since = np.mod(time, self.drive + self.back + 2.0 * self.pause)[:, None]
         there = minimum_jerk(since / self.drive)
         way_back = minimum_jerk((since - self.drive - self.pause) / self.back)

@@ -2,17 +2,17 @@
 
 From the true attitude q(t) and rate ω(t) at the control instants t_k, the controller gets, in this order,
 
-=================  ====================================================================================================
-part               what it does
-=================  ====================================================================================================
-delay δ            the sample of instant t_k is q(t_k − δ), ω(t_k − δ); between instants a cubic, and linear
-attitude_noise σ   q ⊗ exp(ν), ν ~ N(0, σ² I): white from sample to sample, independent on the axes
-attitude_quantum Δ exp(Δ round(log(q) / Δ)), component by component: an error uniform within ±Δ/2
-rate_noise, bias   ω + b + ν, ν ~ N(0, σ² I)
-rate = estimated   no rate sensor: ω̂ += s / (s + T_f) (log(q'⁻¹ q) / s − ω̂), from the sample q' of s seconds before;
-                   it starts from the true rate
-loss p             each sample but the first is lost with probability p; the one before stays in force
-=================  ====================================================================================================
+==================  ===================================================================================================
+part                what it does
+==================  ===================================================================================================
+delay δ             the sample of instant t_k is q(t_k − δ), ω(t_k − δ); between instants a cubic, and linear
+attitude_noise σ    q ⊗ exp(ν), ν ~ N(0, σ² I): white from sample to sample, independent on the axes
+attitude_quantum Δ  exp(Δ round(log(q) / Δ)), component by component: an error uniform within ±Δ/2
+rate_noise, bias    ω + b + ν, ν ~ N(0, σ² I)
+rate = estimated    no rate sensor: ω̂ += s / (s + T_f) (log(q'⁻¹ q) / s − ω̂), from the sample q' of s seconds before;
+                    it starts from the true rate
+loss p              each sample but the first is lost with probability p; the one before stays in force
+==================  ===================================================================================================
 
 Where the samples are ``timestamped``, their age a_k (the delay and the periods lost) is known: the controller forms its
 errors with the reference at t_k − a_k, and a law with prediction takes its model a_k further ahead. An estimated rate

@@ -45,7 +45,7 @@ class Timing(NamedTuple):
 
         Raises:
             ParameterError: the control period is no multiple of the physics period, or the duration of the former, or
-            there would be too many of them.
+                there would be too many of them.
         """
         return cls(
             control_period,

@@ -1,0 +1,134 @@
+"""The web pages of guides and API: built without a warning, complete, and in need of no network."""
+
+import inspect
+import re
+import subprocess
+import sys
+from html.parser import HTMLParser
+from importlib import import_module
+from pathlib import Path
+from pkgutil import walk_packages
+from urllib.parse import unquote, urldefrag
+
+import pytest
+
+import spherical_wrist
+from spherical_wrist.actuation import Actuation
+from spherical_wrist.control import Law
+from spherical_wrist.disturbance import Disturbance
+from spherical_wrist.experiment.description import Experiment
+from spherical_wrist.guides import NAMES, read_guide
+from spherical_wrist.parameters import unit_of
+from spherical_wrist.reference import Reference
+from spherical_wrist.sensing import Sensing
+
+pytestmark = pytest.mark.slow
+ROOT = Path(__file__).parents[1]
+SOURCES = ROOT / "scripts" / "site"
+
+
+class Page(HTMLParser):
+    """The anchors of a page, its links, what it loads, and its text."""
+
+    def __init__(self, path):
+        super().__init__()
+        self.ids, self.links, self.loaded, self.text = set(), [], [], ""
+        self.feed(path.read_text(encoding="utf-8"))
+
+    def handle_starttag(self, tag, attributes):
+        given = dict(attributes)
+        self.ids.add(given.get("id"))
+        if tag == "a" and given.get("href"):
+            self.links.append(given["href"])
+        elif tag in {"link", "script", "img", "iframe", "source"}:
+            self.loaded += [given[name] for name in ("href", "src") if given.get(name)]
+
+    def handle_data(self, data):
+        self.text += data
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory):
+    """The pages by their path in the site, built as scripts/docs does."""
+    folder = tmp_path_factory.mktemp("docs")
+    pages, out = folder / "pages", folder / "site"
+    subprocess.run([sys.executable, SOURCES / "pages.py", pages], check=True)
+    sphinx = [sys.executable, "-m", "sphinx", "-W", "--keep-going", "-q", "-b", "html", "-c", SOURCES, pages, out]
+    built = subprocess.run(sphinx, capture_output=True, text=True, check=False)
+    assert (built.returncode, built.stderr) == (0, "")
+    return {str(path.relative_to(out)): Page(path) for path in out.rglob("*.html")}, out
+
+
+def test_no_internal_link_is_dead(site):
+    pages, out = site
+    for name, page in pages.items():
+        for link in page.links:
+            if "://" in link or link.startswith("mailto:"):
+                continue
+            file, anchor = urldefrag(link)
+            target = (out / name).parent / unquote(file) if file else out / name
+            assert target.exists(), f"{name}: {link}"
+            if anchor and target.suffix == ".html":
+                there = pages[str(target.resolve().relative_to(out.resolve()))]
+                assert unquote(anchor) in there.ids, f"{name}: {link}"
+
+
+def test_looking_at_it_needs_no_network(site):
+    pages, out = site
+    for name, page in pages.items():
+        assert not [source for source in page.loaded if re.match(r"(https?:)?//", source)], name
+    for sheet in out.rglob("*.css"):
+        assert not re.search(r"(url\(|@import)\s*[\"']?(https?:)?//", sheet.read_text(encoding="utf-8")), sheet.name
+
+
+def public_objects():
+    """Dotted names of the public classes and functions of the package, each where it is defined."""
+    names = [each.name for each in walk_packages(spherical_wrist.__path__, "spherical_wrist.") if "._" not in each.name]
+    for name in ["spherical_wrist", *names]:
+        for key, value in vars(import_module(name)).items():
+            defined = inspect.isclass(value) or inspect.isroutine(value)
+            if defined and not key.startswith("_") and value.__module__ == name and value.__qualname__ == key:
+                yield f"{name}.{key}"
+
+
+def test_every_public_object_is_there(site):
+    pages, _ = site
+    found = set().union(*(page.ids for page in pages.values()))
+    wanted = set(public_objects())
+    assert len(wanted) > 500
+    assert not wanted - found
+
+
+def test_nothing_private_is_there(site):
+    pages, _ = site
+    names = {name for page in pages.values() for name in page.ids if str(name).startswith("spherical_wrist.")}
+    assert not [name for name in names if "._" in name]
+
+
+@pytest.mark.parametrize("family", [Law, Reference, Disturbance, Sensing, Actuation], ids=lambda family: family.kind)
+def test_parameters_are_listed_with_default_unit_and_meaning(site, family):
+    for member in (*family.members.values(), Experiment):
+        room = ".".join(member.__module__.split(".")[:2])
+        text = " ".join(site[0][f"api/{room}.html"].text.split())
+        for name, field in member.model_fields.items():
+            unit = f"{unit_of(member, name)} " if unit_of(member, name) else ""
+            meaning = field.description.replace("'", "’")
+            row = re.search(rf"(?:^| ){name} (\S.{{0,400}}?) {re.escape(unit + meaning)}", text)
+            assert row, f"{member.__name__}.{name}"
+            if isinstance(field.default, bool | int | float | str):
+                assert row[1] == written(field.default), f"{member.__name__}.{name}"
+
+
+def written(value):
+    return str(value).lower() if isinstance(value, bool) else str(value) if isinstance(value, str) else f"{value:.6g}"
+
+
+def test_every_guide_is_there(site):
+    for name in NAMES:
+        assert read_guide(name).title in site[0][f"guides/{name}.html"].text
+
+
+def test_the_front_page_leads_to_guides_and_api(site):
+    front = site[0]["index.html"]
+    assert {f"guides/{name}.html" for name in NAMES} <= set(front.links)
+    assert "api/spherical_wrist.html" in front.links
