@@ -29,13 +29,14 @@ toc_object_entries_show_parents = "hide"
 
 # Of other projects, whose inventories would have to be fetched.
 FOREIGN = (
-    *("_duckdb", "collections", "dask", "distributed", "gymnasium", "matplotlib", "mujoco", "numpy", "optuna"),
-    *("pathlib", "PIL", "pyarrow", "pydantic", "rerun", "rich", "scipy", "types", "typing"),
+    *("_duckdb", "ast", "collections", "dask", "distributed", "fractions", "gymnasium", "matplotlib", "mujoco"),
+    *("numpy", "optuna", "pathlib", "PIL", "pyarrow", "pydantic", "rerun", "rich", "scipy", "subprocess"),
+    *("typer", "types", "typing"),
 )
 nitpicky = True
 nitpick_ignore_regex = [
     (r"py:.*", rf"({'|'.join(FOREIGN)})\..*"),
-    (r"py:class", r"NDArray|void|(float|int)\d+"),
+    (r"py:class", r"NDArray|void|(float|u?int)\d+"),
     (r"py:exc", r"CancelledError"),
     (r"py:class", r"spherical_wrist\..*\.(Item|Made|Result|Task)"),  # type variables
 ]
