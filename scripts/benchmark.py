@@ -34,12 +34,12 @@ def bench_loop() -> Iterator[tuple[str, float, str, float | None]]:
     import numpy as np
     from plain_loop import simulate_plainly
 
-    from spherical_wrist import Experiment, simulate
+    from spherical_wrist import Experiment, libmujoco, simulate
     from spherical_wrist.plant import perturbed
     from spherical_wrist.simulation import closed_loop, physics
     from spherical_wrist.simulation.engine import compiled_engine
 
-    clock = ctypes.c_void_p.in_dll(ctypes.CDLL(str(physics.library())), "mjcb_time")
+    clock = ctypes.c_void_p.in_dll(ctypes.CDLL(str(libmujoco.library())), "mjcb_time")
     installed = clock.value  # as the bindings leave it, before anything is simulated
 
     @contextmanager

@@ -12,33 +12,35 @@ import spherical_wrist
 ROOT = Path(spherical_wrist.__file__).parent
 LEVELS = (
     {"errors"},
-    {"files"},
-    {"parameters", "so3", "wrist"},
+    {"files", "libmujoco"},
+    {"parameters", "user_file", "so3", "wrist"},
     {"dynamics", "kinematics", "fuzzy", "reference", "disturbance", "sensing", "actuation"}
     | {"angle_chart", "angle_dynamics", "denavit_hartenberg", "inverse_kinematics"},
     {"control", "plant"},
     {"simulation"},
     {"metrics", "recording"},
     {"experiment", "inspection", "lyapunov"},
-    {"campaign"},
+    {"campaign", "film"},
     {"paper", "comparison", "assertions", "tuning", "report"},
     {"cli"},
 )
 LEVEL = {room: level for level, rooms in enumerate(LEVELS) for room in rooms}
-COMMANDS = ("study", "campaign", "tuning", "report", "inspect")
+COMMANDS = ("inspect", "replay", "study", "campaign", "tuning", "report", "render", "view")
 KEPT = {
     "numba": {"simulation/compiler.py"},
     "llvmlite": {"simulation/compiler.py"},
-    "ctypes": {"simulation/physics.py"},
+    "ctypes": {"libmujoco.py", "recording/leash.py"},
     "pyarrow": {"reference/recorded_file.py", "campaign/store.py", "inspection/export.py"},
     "duckdb": {"campaign/store.py", "report/table.py"},
     "dask": {"campaign/cluster.py"},
     "distributed": {"campaign/cluster.py"},
     "rerun": {str(path.relative_to(ROOT)) for path in (ROOT / "recording").glob("*.py")},
-    "typer": {"cli/__init__.py", "cli/app.py"} | {f"cli/{each}_commands.py" for each in COMMANDS},
+    "typer": {"cli/__init__.py", "cli/app.py", "cli/completion.py"} | {f"cli/{each}_commands.py" for each in COMMANDS},
     "optuna": {"tuning/study.py"},
+    "av": {"film/mp4.py"},
+    "PIL": {"film/caption.py", "film/film.py", "film/gif.py"},
     "matplotlib": {"fuzzy/picture.py", "paper/figures.py", "comparison/picture.py", "comparison/frontier_picture.py"}
-    | {"tuning/picture.py", "report/pictures.py"}
+    | {"tuning/picture.py", "report/pictures.py", "film/caption.py"}
     | {f"inspection/{each}.py" for each in ("drawing", "panels", "portrait", "picture", "difference_picture")},
 }
 FILES = sorted(path for path in ROOT.rglob("*.py") if path != ROOT / "__init__.py")

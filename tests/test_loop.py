@@ -15,7 +15,6 @@ from scipy.spatial.transform import Rotation
 
 from bench import RigidBody, finished, loop, one_line
 from spherical_wrist.control import PD, ComputedTorque, FuzzySlidingComputedTorque, Law, SlidingComputedTorque
-from spherical_wrist.control.user_file import law_from_file
 from spherical_wrist.disturbance import Noise, Pulse
 from spherical_wrist.errors import LawError, ParameterError
 from spherical_wrist.plant import Perturbation, perturbed
@@ -26,6 +25,7 @@ from spherical_wrist.simulation.outcome import Status
 from spherical_wrist.simulation.physics import physics_model
 from spherical_wrist.simulation.series import COLUMNS
 from spherical_wrist.simulation.timing import Timing
+from spherical_wrist.user_file import member_from_file
 from spherical_wrist.wrist import Wrist, default_model
 
 every_law = pytest.mark.parametrize("law", Law.members.values(), ids=Law.members)
@@ -426,7 +426,7 @@ def law_of(folder: Path, step: str, extra: str = "", name: str = "mine") -> type
         "import math\nimport numpy as np\nfrom typing import Literal\nfrom spherical_wrist.control import Law\n"
         f"{extra}\nclass Mine(Law):\n    @staticmethod\n    def step(signal, parameters, state, command):\n{body}\n"
     )
-    return law_from_file(f"{file}:Mine", Law)
+    return member_from_file(f"{file}:Mine", Law)
 
 
 @pytest.mark.parametrize("engine_name", ["compiled", "interpreted"])
@@ -562,7 +562,7 @@ from pathlib import Path
 import numpy as np
 from spherical_wrist.control import Law
 from spherical_wrist.control.contract import COMMAND, SIGNAL
-from spherical_wrist.control.user_file import law_from_file
+from spherical_wrist.user_file import member_from_file
 from spherical_wrist.simulation.compiler import compiled_law
 
 def torque(law):
@@ -571,7 +571,8 @@ def torque(law):
     compiled_law(law)(signal[0], law.packed(), np.zeros(1), command[0])
     return command["torque"][0, 0]
 
-found = {file.stem[4:]: torque(law_from_file(f"{file}:Mine", Law)()) for file in sorted(Path("laws").glob("law *.py"))}
+files = sorted(Path("laws").glob("law *.py"))
+found = {file.stem[4:]: torque(member_from_file(f"{file}:Mine", Law)()) for file in files}
 cell = {"__name__": "__main__"}
 exec(compile(Path("cell.txt").read_text(), "/nowhere/cell.py", "exec"), cell)
 found["cell"] = torque(cell["Mine"]())

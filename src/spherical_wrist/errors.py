@@ -28,6 +28,10 @@ class RecordingError(WristError):
     """A recording cannot be written or read."""
 
 
+class ViewerError(WristError):
+    """A viewer cannot be opened, reached, or does not show a recording."""
+
+
 class UnknownNameError(ParameterError):
     """A name that is not among the valid ones.
 

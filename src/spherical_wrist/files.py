@@ -78,6 +78,27 @@ def write_together(contents: Mapping[Path, bytes | Iterable[bytes]], what: str =
         _settle(folder)
 
 
+@contextmanager
+def replacing(path: Path, what: str = "file") -> Iterator[Path]:
+    """Writes a file bit by bit so that ``path`` holds either all of it or what it held before.
+
+    Args:
+        path: the file.
+        what: what to call it where it cannot be written.
+
+    Yields:
+        A path under which the caller opens what is to become the file, to write and, if need be, to read it again.
+
+    Raises:
+        RecordingError: the file cannot be written; nothing is left behind.
+    """
+    with _target(path, what) as target, _draft(target.parent) as draft:
+        yield draft.path
+        os.fsync(draft.descriptor)
+        draft.become(target)
+    _settle(target.parent)
+
+
 def check_writable(path: Path, what: str = "recording") -> None:
     """Refuses a file that could not be written, before the work that would be in it; clears its folder of leftovers.
 
@@ -119,6 +140,11 @@ class _Draft(NamedTuple):
     descriptor: int
     hidden: Path
     nameless: bool
+
+    @property
+    def path(self) -> Path:
+        """Where it can be opened."""
+        return _opened(self.descriptor) if self.nameless else self.hidden
 
     def fill(self, content: bytes | Iterable[bytes]) -> None:
         """Brings all of the content to the disk."""
@@ -175,8 +201,8 @@ def _opened(descriptor: int) -> Path:
 def _target(path: Path, what: str) -> Iterator[Path]:
     """The file that a path stands for, once it is sure that it is or can be one; errors of the system become ours."""
     said = f"{what} {str(path)!r} cannot be written"
-    target = Path(os.path.realpath(path))
     with _explained(said):
+        target = Path(os.path.realpath(path))  # fails where the working directory was deleted
         if target.exists() and not target.is_file():
             kind = "a directory" if target.is_dir() else "not a regular file"
             raise RecordingError(f"{said}: it is {kind}; give the path of a file")

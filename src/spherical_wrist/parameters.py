@@ -6,12 +6,14 @@ and its parameters as annotated fields, is written in a file of its own and join
 
 import re
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Annotated, Any, ClassVar, Self
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_serializer
 from pydantic_core import ErrorDetails
 
-from spherical_wrist.errors import ParameterError, UnknownNameError, one_line
+from spherical_wrist.errors import ParameterError, UnknownNameError, WristError, one_line
+from spherical_wrist.user_file import member_from_file
 
 
 def _per_axis(value: Any) -> Any:
@@ -68,6 +70,8 @@ class Member(Parameters):
     Attributes:
         name: the member's name: the class name in snake case, so ``ComputedTorque`` is ``"computed_torque"``.
         address: what an experiment calls the member: its name, or where it was loaded from.
+        files: of a member from a user's own file, that file and the modules beside it that it imports, as read then.
+        fault: what is raised where a user's own file cannot be loaded.
         members: of a family, its members by name, without those that a user's own file defines.
     """
 
@@ -75,6 +79,8 @@ class Member(Parameters):
     address: ClassVar[str] = ""
     kind: ClassVar[str] = ""
     members: ClassVar[dict[str, type["Member"]]] = {}
+    files: ClassVar[Mapping[Path, bytes]] = {}
+    fault: ClassVar[type[WristError]] = ParameterError
 
     @classmethod
     def __pydantic_init_subclass__(cls, **_: Any) -> None:
@@ -89,6 +95,11 @@ class Member(Parameters):
     @model_serializer(mode="wrap")
     def _with_name(self, standard: Any) -> dict[str, Any]:
         return {"name": self.address, **standard(self)}
+
+    @classmethod
+    def source(cls) -> bytes:
+        """All text of the user's own file and its helpers that the member was loaded from; empty for the package's."""
+        return b"".join(content for _, content in sorted(cls.files.items()))
 
     @classmethod
     def resolve(cls, given: Any, default: str) -> Any:
@@ -116,11 +127,14 @@ class Member(Parameters):
 
     @classmethod
     def member(cls, name: Any) -> "type[Member]":
-        """The member of the family with a name.
+        """The member of the family with a name, or ``path/to/file.py:Name`` from a user's own file.
 
         Raises:
             UnknownNameError: there is none; the message has the nearest valid one.
+            WristError: of the family's kind: the file cannot be loaded, or has no such member.
         """
+        if isinstance(name, str) and ".py:" in name:
+            return member_from_file(name, cls)
         if not isinstance(name, str) or name not in cls.members:
             raise UnknownNameError(cls.kind, name, cls.members, "; `wrist list` shows them all")
         return cls.members[name]

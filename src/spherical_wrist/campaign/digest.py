@@ -4,14 +4,13 @@ import hashlib
 from collections.abc import Iterator, Mapping
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
 
 from spherical_wrist.campaign.description import Campaign
 from spherical_wrist.campaign.episode import changed
 from spherical_wrist.experiment.description import Experiment
 from spherical_wrist.experiment.run import versions
 from spherical_wrist.parameters import Parameters
-from spherical_wrist.wrist import Wrist
+from spherical_wrist.wrist import dependencies
 
 SHOWING = {"cli", "comparison", "inspection", "lyapunov", "paper", "recording", "report", "tuning"}
 """Rooms of the package that show and compare results, and make none."""
@@ -44,11 +43,12 @@ def digest_of(campaign: Campaign) -> str:
     """
     told = hashlib.sha256(campaign.to_json().encode())
     for experiment in _all_that_name_files(campaign):
-        told.update(experiment.law.source().encode())
         if experiment.model is not None:
             for text in _model(experiment.model):
                 told.update(text)
+        told.update(experiment.law.source())
         for part in (experiment.reference, experiment.disturbance, experiment.sensing, experiment.actuation):
+            told.update(part.source())
             for file in paths_of(part).values():
                 told.update(file.read_bytes() if file.is_file() else b"")
     return told.hexdigest()
@@ -72,9 +72,5 @@ def _all_that_name_files(campaign: Campaign) -> Iterator[Experiment]:
 
 @lru_cache(maxsize=8)
 def _model(file: Path) -> tuple[bytes, ...]:
-    """An MJCF file with what it includes, and the files that it takes shapes from."""
-    spec = Wrist.load(file).spec
-    folders = (file.parent, file.parent / spec.meshdir, file.parent / spec.texturedir)
-    named: list[Any] = [*spec.meshes, *spec.textures, *spec.hfields]
-    found = {folder / each.file for each in named if each.file for folder in folders}
-    return (spec.to_xml().encode(), *(path.read_bytes() for path in sorted(found) if path.is_file()))
+    """An MJCF file with what it includes, and the files that it takes shapes and pictures from."""
+    return tuple(each.read_bytes() for each in dependencies(file))

@@ -1,7 +1,11 @@
 """The command line ``wrist``. It holds no physics and no mathematics, and imports the rest only when it is used."""
 
+import errno
 import sys
+import warnings
+from typing import Any
 
+from spherical_wrist.cli.streams import complain, discard, prepare
 from spherical_wrist.errors import WristError
 
 INVALID, SIGINT_CODE = 2, 130
@@ -11,31 +15,61 @@ def main() -> None:
     """Runs ``wrist``. Exit codes: 0 completed, 1 diverged, 2 wrong input, 128 + n stopped by signal n."""
     from typer.exceptions import Abort, TyperException
 
-    from spherical_wrist.cli import (  # noqa: F401 their commands join those of app
-        campaign_commands,
-        inspect_commands,
-        report_commands,
-        study_commands,
-        tuning_commands,
-    )
-    from spherical_wrist.cli.app import app
-
+    prepare()
     try:
-        code = app(standalone_mode=False)
+        with warnings.catch_warnings():
+            warnings.showwarning = _warn
+            code = _command()
+        sys.stdout.flush()
     except WristError as error:
-        _complain(str(error))
+        code = _refused(str(error))
     except TyperException as error:
         # typer's own words for a wrong option, in our one line
         text = error.format_message() if hasattr(error, "format_message") else str(error)
-        _complain(f"{text.strip()} (see wrist --help)")
+        code = _refused(f"{text.strip()} (see wrist --help)")
     except (Abort, KeyboardInterrupt):
-        sys.exit(SIGINT_CODE)
-    except BrokenPipeError:
-        sys.stderr.close()
-        sys.exit(0)
+        code = SIGINT_CODE
+    except BrokenPipeError:  # whoever reads it has seen enough
+        discard()
+        code = 0
+    except OSError as error:
+        discard()
+        code = _refused(_explained(error))
+    except MemoryError as error:
+        code = _refused(f"not enough memory ({error}): give a shorter duration, or keep less with --record-every")
     sys.exit(code if isinstance(code, int) else 0)
 
 
-def _complain(text: str) -> None:
-    print(f"wrist: error: {' '.join(text.split())}", file=sys.stderr)
-    sys.exit(INVALID)
+def _command() -> Any:
+    from spherical_wrist.cli import (  # noqa: F401 their commands join those of app
+        campaign_commands,
+        inspect_commands,
+        render_commands,
+        replay_commands,
+        report_commands,
+        study_commands,
+        tuning_commands,
+        view_commands,
+    )
+    from spherical_wrist.cli.app import app
+
+    return app(standalone_mode=False)
+
+
+def _explained(error: OSError) -> str:
+    """An error of the system that nobody else has put into words."""
+    if error.filename:
+        return f"{error.filename!r}: {error.strerror}"
+    if error.errno == errno.ENOENT:  # what asking for it says
+        return "the working directory was deleted: change to one that exists"
+    return f"the output cannot be written: {error.strerror or error}"
+
+
+def _warn(message: Warning | str, *_: Any, **__: Any) -> None:
+    """What a library warns of, in one line without the place in its code."""
+    complain(str(message), "warning")
+
+
+def _refused(text: str) -> int:
+    complain(text)
+    return INVALID

@@ -5,6 +5,8 @@ from typing import Annotated, Any
 
 import typer
 
+from spherical_wrist.cli import completion
+
 app = typer.Typer(
     name="wrist",
     help="Closed-loop simulation of a surgical wrist on a ball joint, in MuJoCo, recorded with Rerun.",
@@ -34,18 +36,37 @@ def wrist(version: Annotated[bool, Option("--version", callback=_version, is_eag
 def run(
     experiment: Annotated[Path | None, typer.Argument(help="experiment file; options take precedence over it")] = None,
     law: Annotated[
-        str | None, Option(help="control law, or path/to/file.py:Name [fuzzy_sliding_computed_torque]")
+        str | None,
+        Option(
+            help="control law, or path/to/file.py:Name [fuzzy_sliding_computed_torque]", autocompletion=completion.laws
+        ),
     ] = None,
-    reference: Annotated[str | None, Option(help="desired motion, or recorded:FILE [lissajous]")] = None,
+    reference: Annotated[
+        str | None,
+        Option(
+            help="desired motion, recorded:FILE, or path/to/file.py:Name [lissajous]",
+            autocompletion=completion.references,
+        ),
+    ] = None,
     disturbance: Annotated[
         float | None, Option(metavar="LEVEL", help="disturbance as a fraction of the peak nominal torque [0.25]")
     ] = None,
     disturbance_shape: Annotated[
-        str | None, Option(metavar="SHAPE", help="shape of the disturbance [constant]")
+        str | None,
+        Option(
+            metavar="SHAPE",
+            help="shape of the disturbance, or path/to/file.py:Name [constant]",
+            autocompletion=completion.disturbances,
+        ),
     ] = None,
     mass_scale: Annotated[float | None, Option(help="scale of the plant's mass and inertia [1.25]")] = None,
     hardware: Annotated[
-        str | None, Option(metavar="NAME", help="sensors, motors and friction: ideal or realistic [ideal]")
+        str | None,
+        Option(
+            metavar="NAME",
+            help="sensors, motors and friction: ideal or realistic [ideal]",
+            autocompletion=completion.hardware,
+        ),
     ] = None,
     payload: Annotated[float | None, Option(metavar="KG", help="point mass at the plant's tool tip [0]")] = None,
     duration: Annotated[float | None, Option(metavar="SECONDS", help="simulated time [10]")] = None,
@@ -62,7 +83,10 @@ def run(
     set_: Annotated[
         list[str] | None,
         Option(
-            "--set", metavar="NAME=VALUE", help="any parameter, such as law.K=0.02; may be repeated (see wrist list)"
+            "--set",
+            metavar="NAME=VALUE",
+            help="any parameter, such as law.K=0.02; may be repeated (see wrist list)",
+            autocompletion=completion.settings,
         ),
     ] = None,
     output: Annotated[Path, Option("--output", "-o", metavar="FILE.rrd", help="recording to write")] = Path(
@@ -70,6 +94,10 @@ def run(
     ),
     no_recording: Annotated[bool, Option("--no-recording", help="write no recording")] = False,
     record_every: Annotated[int, Option(metavar="N", help="record every N-th control instant only")] = 1,
+    live: Annotated[bool, Option("--live", help="show the run while it is simulated, in an open wrist view")] = False,
+    viewer: Annotated[
+        str | None, Option(metavar="HOST:PORT", help="the viewer to show it live in [127.0.0.1:9876]")
+    ] = None,
     json: Annotated[bool, Option("--json", help="print one JSON object and nothing else")] = False,
 ) -> int:
     """Simulate a closed loop, print how well it tracked, and record it.
@@ -101,7 +129,7 @@ def run(
     changes = {name: value for name, value in given.items() if value is not None}
     if disturbance is not None:
         changes["disturbance.amplitude"] = None  # a level takes the place of a torque
-    options = RunOptions(None if no_recording else output, record_every, json)
+    options = RunOptions(None if no_recording else output, record_every, json, live or viewer is not None, viewer)
     return run_experiment(experiment, changes, set_ or [], options)
 
 

@@ -5,11 +5,10 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from spherical_wrist.cli.output import number, print_json
+from spherical_wrist.cli.output import number, print_json, printer
 from spherical_wrist.cli.progress import counting
 from spherical_wrist.cli.tables import Entry, fitted, short
 from spherical_wrist.comparison.cases import DEFAULT, read_cases, select
@@ -93,7 +92,7 @@ def print_comparison(table: dict[str, Any], options: CompareOptions) -> None:
         table: what :func:`spherical_wrist.comparison.report.told` returns.
         options: whether all figures are wanted, and where files were written.
     """
-    console = Console(highlight=False)
+    console = printer()
     console.print(_standings(table, console.width))
     console.print(Text(ABOUT, "dim"))
     if options.full or len(table["cells"]) <= FEW:

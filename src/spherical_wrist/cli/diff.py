@@ -8,7 +8,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from spherical_wrist.cli.output import LABELS, headline, number, print_json, thinning
+from spherical_wrist.cli.output import LABELS, headline, number, print_json, printer, thinning
 from spherical_wrist.cli.parameters_table import written
 from spherical_wrist.cli.tables import Entry, fitted
 from spherical_wrist.errors import ParameterError
@@ -50,7 +50,7 @@ def diff_recordings(path_a: Path, path_b: Path, tolerance: float, plots: list[Pa
 
 
 def _print(found: RunDifference, runs: tuple[Run, Run], paths: tuple[Path, Path], plots: list[Path]) -> None:
-    console = Console(highlight=False)
+    console = printer()
     for side, path, run in zip("AB", paths, runs, strict=True):
         console.print(Text.assemble((side, "bold"), "  ", (str(path), "bold"), f"  {len(run)} samples", thinning(run)))
         console.print(Text("   ") + headline(run), soft_wrap=True)

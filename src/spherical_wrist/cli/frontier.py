@@ -6,10 +6,9 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from rich.console import Console
 from rich.text import Text
 
-from spherical_wrist.cli.output import print_json
+from spherical_wrist.cli.output import print_json, printer
 from spherical_wrist.cli.progress import counting
 from spherical_wrist.cli.tables import Entry, fitted, short
 from spherical_wrist.comparison.contestants import contestants
@@ -74,7 +73,7 @@ def _write(table: dict[str, Any], axes: Sequence[Axis], folder: Path) -> None:
 
 
 def _print(table: dict[str, Any], axes: Sequence[Axis], folder: Path | None) -> None:
-    console = Console(highlight=False)
+    console = printer()
     headings = ["law", *(f"{axis.name}\n[{axis.shown[1]}]" for axis in axes)]
     best = {axis.name: max(_reach(law["edges"][axis.name], axis) for law in table["laws"]) for axis in axes}
     rows: list[list[Entry]] = []

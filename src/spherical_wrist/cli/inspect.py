@@ -4,10 +4,18 @@ from collections.abc import Iterable
 from dataclasses import asdict
 from pathlib import Path
 
-from rich.console import Console
 from rich.text import Text
 
-from spherical_wrist.cli.output import conditions, footnote, headline, metrics_table, name_of, print_json, thinning
+from spherical_wrist.cli.output import (
+    conditions,
+    footnote,
+    headline,
+    metrics_table,
+    name_of,
+    print_json,
+    printer,
+    thinning,
+)
 from spherical_wrist.cli.parameters_table import folded, parameters_table
 from spherical_wrist.experiment.run import Run
 from spherical_wrist.files import check_writable, write_together
@@ -36,7 +44,7 @@ def inspect_recording(path: Path, plots: list[Path], exports: list[Path], as_jso
         _print_json(found, path, plots, exports)
     for what, files in (("picture", plots), ("export", exports)):
         for file in files if not as_json else ():
-            Console(highlight=False).print(Text.assemble(f"{what} written to ", (str(file), "bold")), soft_wrap=True)
+            printer().print(Text.assemble(f"{what} written to ", (str(file), "bold")), soft_wrap=True)
 
 
 def _write(run: Run, plots: list[Path], exports: list[Path]) -> None:
@@ -82,7 +90,7 @@ def _print_json(found: Inspection, path: Path, plots: list[Path], exports: list[
 
 def _print_tables(found: Inspection, path: Path) -> None:
     run = found.run
-    console = Console(highlight=False)
+    console = printer()
     console.print(Text.assemble((str(path), "bold"), f"  {len(run)} samples", thinning(run)), soft_wrap=True)
     console.print(headline(run))
     console.print(Text(conditions(run), style="dim"))

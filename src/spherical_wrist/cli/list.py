@@ -5,12 +5,11 @@ from typing import Any, get_args
 
 from pydantic import BaseModel
 from pydantic_core import PydanticUndefined, to_jsonable_python
-from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
 from spherical_wrist.actuation import Actuation
-from spherical_wrist.cli.output import print_json
+from spherical_wrist.cli.output import print_json, printer
 from spherical_wrist.control import Law
 from spherical_wrist.disturbance import Disturbance
 from spherical_wrist.experiment.description import Experiment
@@ -33,7 +32,7 @@ def list_parameters(as_json: bool) -> None:
     if as_json:
         print_json({**families, "experiment": describe(Experiment)})
         return
-    console = Console(highlight=False)
+    console = printer()
     for title, members in families.items():
         kind = FAMILIES[title].kind
         console.rule(Text(title.capitalize(), "bold"), align="left")

@@ -11,6 +11,7 @@ from rich.table import Table
 from rich.text import Text
 
 from spherical_wrist.actuation import Ideal as IdealActuation
+from spherical_wrist.cli.streams import speaks_unicode
 from spherical_wrist.experiment.run import Run
 from spherical_wrist.metrics import Metrics
 from spherical_wrist.sensing import Ideal as IdealSensing
@@ -37,12 +38,22 @@ COIL_FIGURES = ("copper_loss_W", "peak_current_A", "max_condition_number")
 IDEAL = {"sensing": IdealSensing().model_dump(mode="json"), "actuation": IdealActuation().model_dump(mode="json")}
 """Sensors and motors without a fault, as a run describes them."""
 
+NARROWEST = 60
+"""Columns that tables get at least; a narrower terminal folds their lines."""
+
 COLOURS = {Status.COMPLETED: "green", Status.DIVERGED: "red", Status.INTERRUPTED: "yellow"}
 
 
 def print_json(value: Any) -> None:
     """One JSON object on stdout."""
-    print(json.dumps(value, indent=2, ensure_ascii=False, allow_nan=False))
+    print(json.dumps(value, indent=2, ensure_ascii=not speaks_unicode(), allow_nan=False))
+
+
+def printer() -> Console:
+    """Where tables go: as wide as the terminal, but never so narrow that figures would be cut."""
+    found = Console(highlight=False)
+    found.width = max(found.width, NARROWEST)
+    return found
 
 
 def number(value: float | None) -> str:
@@ -54,7 +65,7 @@ def number(value: float | None) -> str:
 
 def run_table(run: Run, recording: Path | None) -> None:
     """Prints what was run, how it ended and how well it tracked."""
-    console = Console(highlight=False)
+    console = printer()
     console.print(headline(run))
     console.print(Text(conditions(run), style="dim"))
     console.print(metrics_table({"": run.metrics}))

@@ -2,11 +2,10 @@
 
 from pathlib import Path
 
-from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from spherical_wrist.cli.output import number, print_json
+from spherical_wrist.cli.output import number, print_json, printer
 from spherical_wrist.paper.report import regenerate
 
 COLOURS = {"reproduced": "green", "reproduced under a condition": "yellow", "not reproduced": "red"}
@@ -22,7 +21,7 @@ def regenerate_paper(folder: Path, as_json: bool) -> None:
     if as_json:
         print_json(told)
         return
-    console = Console(highlight=False)
+    console = printer()
     table = Table(title="Table 1: RMS attitude error and chattering", title_justify="left", title_style="bold")
     table.add_column("variant")
     table.add_column("method")

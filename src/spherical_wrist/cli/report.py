@@ -10,7 +10,7 @@ from rich.console import Console
 from rich.text import Text
 
 from spherical_wrist.campaign.folder import Folder
-from spherical_wrist.cli.output import print_json
+from spherical_wrist.cli.output import print_json, printer
 from spherical_wrist.cli.tables import Entry, fitted, short
 from spherical_wrist.files import check_writable, write_whole
 from spherical_wrist.report.findings import findings
@@ -58,7 +58,7 @@ def _waiting() -> Iterator[None]:
 
 
 def _print(told: dict[str, Any], output: Path | None) -> None:
-    console = Console(highlight=False)
+    console = printer()
     campaign = told["campaign"]
     share = (
         "complete" if campaign["complete"] else f"{100.0 * campaign['stored'] / campaign['episodes']:.3g} % complete"

@@ -1,14 +1,14 @@
 """``wrist run``: options to an experiment, the experiment to a run, the run to a table, JSON and a recording."""
 
-import signal
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from spherical_wrist.cli.output import print_json, run_table
+from spherical_wrist.cli.signals import noted
 from spherical_wrist.errors import ParameterError
 from spherical_wrist.experiment.command import read_settings
 from spherical_wrist.experiment.description import Experiment, read_toml, with_changes
@@ -16,6 +16,7 @@ from spherical_wrist.experiment.run import Run
 from spherical_wrist.experiment.simulate import simulate
 from spherical_wrist.files import check_writable
 from spherical_wrist.simulation.outcome import Status
+from spherical_wrist.simulation.series import Series
 
 SHOW_PROGRESS_FROM = 60.0
 """Simulated time [s] from which a run takes long enough for a progress bar."""
@@ -28,11 +29,15 @@ class RunOptions(NamedTuple):
         recording: file to write, None for none.
         every: thinning of the recording.
         json: print JSON instead of a table.
+        live: show the run in a viewer meanwhile.
+        viewer: where that listens, None for where one usually does.
     """
 
     recording: Path | None
     every: int
     json: bool
+    live: bool = False
+    viewer: str | None = None
 
 
 def run_experiment(file: Path | None, changes: Mapping[str, Any], settings: list[str], options: RunOptions) -> int:
@@ -53,7 +58,7 @@ def run_experiment(file: Path | None, changes: Mapping[str, Any], settings: list
         raise ParameterError(f"--record-every {options.every}: must be 1 or more")
     if options.recording is not None:
         check_writable(options.recording)
-    with _stop_on_signals() as received:
+    with _live(experiment, options) as live, noted() as received:
         with _progress(experiment.duration, options.json) as progress:
             run = simulate(
                 experiment,
@@ -61,12 +66,15 @@ def run_experiment(file: Path | None, changes: Mapping[str, Any], settings: list
                 keep_series=options.recording is not None,
                 progress=progress,
                 stop=lambda: bool(received),
+                watch=None if live is None else live.show,
             )
         recording = options.recording if len(run) else None
         if recording is not None:
             from spherical_wrist.experiment.recordings import record  # half a second of imports
 
             record(run, recording)
+        if live is not None:
+            live.close(run)
     if options.json:
         print_json(summary(run, recording))
     else:
@@ -95,25 +103,36 @@ def summary(run: Run, recording: Path | None) -> dict[str, Any]:
     }
 
 
+class _Live(NamedTuple):
+    """A viewer that shows the run.
+
+    Attributes:
+        show: takes the next piece of the series.
+        close: shows how the run ended, and tells the user what the viewer did not show.
+    """
+
+    show: Callable[[Series], None]
+    close: Callable[[Run], None]
+
+
 @contextmanager
-def _stop_on_signals() -> Iterator[list[int]]:
-    """Notes SIGINT and SIGTERM in the list that it yields, once; the next one acts as usual."""
-    received: list[int] = []
-    watched = (signal.SIGINT, signal.SIGTERM)
-    before = {number: signal.getsignal(number) for number in watched}
+def _live(experiment: Experiment, options: RunOptions) -> Iterator[_Live | None]:
+    """The viewer that the run is shown in meanwhile; None for none."""
+    if not options.live:
+        yield None
+        return
+    from spherical_wrist.experiment.live import close_view, live_view
+    from spherical_wrist.recording.address import read_address
 
-    def note(number: int, _: Any) -> None:
-        received.append(number)
-        for each in watched:
-            signal.signal(each, before[each])
+    address = None if options.viewer is None else read_address(options.viewer)
 
-    for number in watched:
-        signal.signal(number, note)
-    try:
-        yield received
-    finally:
-        for number in watched:
-            signal.signal(number, before[number])
+    def close(run: Run) -> None:
+        missed = close_view(view, run)
+        if missed:
+            print(f"wrist: {missed}", file=sys.stderr)
+
+    with live_view(experiment, address, options.every) as view:
+        yield _Live(view.show, close)
 
 
 @contextmanager

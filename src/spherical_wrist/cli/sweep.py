@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from rich.box import SIMPLE_HEAD
-from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
@@ -17,8 +16,9 @@ from spherical_wrist.campaign.folder import Folder, check_empty, held, is_campai
 from spherical_wrist.campaign.replay import replay
 from spherical_wrist.campaign.summary import QUANTILES, summary
 from spherical_wrist.campaign.sweep import rehearsed, resume, sweep
-from spherical_wrist.cli.output import print_json, run_table
-from spherical_wrist.cli.sweep_progress import Stopped, listening, stopping, warn
+from spherical_wrist.cli.output import print_json, printer, run_table
+from spherical_wrist.cli.signals import Stopped, stopping
+from spherical_wrist.cli.sweep_progress import listening, warn
 from spherical_wrist.errors import ParameterError
 from spherical_wrist.files import check_writable
 from spherical_wrist.simulation.outcome import Status
@@ -132,7 +132,7 @@ def _report(folder: Folder, as_json: bool) -> None:
             {"folder": str(folder.path), "episodes": size, "stored": stored, "digest": folder.digest, "laws": laws}
         )
         return
-    console = Console(highlight=False)
+    console = printer()
     console.print(Text.assemble((str(folder.path), "bold"), f"  {stored:,} of {size:,} episodes"), soft_wrap=True)
     console.print(_table(laws))
     if stored < size:

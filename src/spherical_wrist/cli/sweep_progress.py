@@ -1,11 +1,9 @@
-"""How a sweep shows where it is, and how it is stopped."""
+"""How a sweep shows where it is."""
 
-import signal
 import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import Any
 
 from rich.console import Console
 
@@ -13,40 +11,6 @@ from spherical_wrist.campaign.sweep import Listener
 
 LINE_EVERY = 10.0
 """Seconds between lines of progress where there is no terminal for a bar."""
-
-
-class Stopped(BaseException):  # not to be taken for an error on its way up
-    """A signal has come.
-
-    Attributes:
-        number: which.
-    """
-
-    def __init__(self, number: int) -> None:
-        super().__init__(number)
-        self.number = number
-
-
-@contextmanager
-def stopping() -> Iterator[None]:
-    """SIGINT and SIGTERM raise :class:`Stopped`, once; the next one acts as usual."""
-    watched = (signal.SIGINT, signal.SIGTERM)
-    before = {each: signal.getsignal(each) for each in watched}
-
-    def restore() -> None:
-        for each in watched:
-            signal.signal(each, before[each])
-
-    def stop(number: int, _: Any) -> None:
-        restore()
-        raise Stopped(number)
-
-    for each in watched:
-        signal.signal(each, stop)
-    try:
-        yield
-    finally:
-        restore()
 
 
 def warn(text: str) -> None:

@@ -3,18 +3,16 @@
 import json
 import re
 import shlex
-import signal
 import sys
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from rich.console import Console
 from rich.text import Text
 
-from spherical_wrist.cli.output import print_json
+from spherical_wrist.cli.output import print_json, printer
 from spherical_wrist.cli.progress import counting
+from spherical_wrist.cli.signals import noted
 from spherical_wrist.cli.tables import Entry, fitted, short
 from spherical_wrist.comparison.cases import DEFAULT, read_cases, select
 from spherical_wrist.comparison.contestants import contestants
@@ -73,7 +71,7 @@ def tune_law(text: str, changes: Mapping[str, Any], settings: list[str], options
     space = space_of(law, options.parameters, per_axis=options.per_axis)
     search = Search(space, bool(options.parameters), family, options.sampler, options.seed)
     folder = options.folder or Path(f"tune-{law.name}")
-    with _signals() as received, counting("tuning") as progress:
+    with noted() as received, counting("tuning") as progress:
         found = tune(search, folder, options.trials, jobs=options.jobs, progress=progress, stop=lambda: bool(received))
     if found is None:
         print("stopped before the first trials were done", file=sys.stderr)
@@ -90,28 +88,6 @@ def tune_law(text: str, changes: Mapping[str, Any], settings: list[str], options
         print(done, file=sys.stderr)
         return 128 + received[0]
     return 0
-
-
-@contextmanager
-def _signals() -> Iterator[list[int]]:
-    """Notes SIGINT and SIGTERM in the list that it yields, once; the next one acts as usual."""
-    received: list[int] = []
-    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
-
-    def restore() -> None:
-        for number, handler in before.items():
-            signal.signal(number, handler)
-
-    def note(number: int, _: Any) -> None:
-        received.append(number)
-        restore()
-
-    for number in before:
-        signal.signal(number, note)
-    try:
-        yield received
-    finally:
-        restore()
 
 
 def _law(text: str, tables: Mapping[str, Any], every: Mapping[str, Any]) -> Law:
@@ -158,7 +134,7 @@ def _warn(found: Found) -> None:
 
 
 def _print(table: dict[str, Any], folder: Path) -> None:
-    console = Console(highlight=False)
+    console = printer()
     default, infeasible = table["default"], table["infeasible"]
     console.print(
         Text.assemble(

@@ -19,14 +19,12 @@ and ``wrist run --law my_law.py:Spring``.
 """
 
 from collections.abc import Mapping, MutableSequence
-from pathlib import Path
 from typing import Any, ClassVar, Literal, Protocol, get_args
 
 import numpy as np
 import numpy.typing as npt
 
-from spherical_wrist.control.user_file import law_from_file
-from spherical_wrist.errors import LawError
+from spherical_wrist.errors import LawError, WristError
 from spherical_wrist.parameters import Member, quantity
 
 Array = npt.NDArray[np.float64]
@@ -111,6 +109,7 @@ class Law(Member):
     """
 
     kind: ClassVar[str] = "law"
+    fault: ClassVar[type[WristError]] = LawError
     state_size: ClassVar[int] = 0
     gravity_only: ClassVar[bool] = False
 
@@ -125,24 +124,6 @@ class Law(Member):
             command: where the torque, and the surface and its slope if there are any, are written.
         """
         raise NotImplementedError("a law needs a static method step(signal, parameters, state, command)")
-
-    @classmethod
-    def member(cls, name: Any) -> type[Member]:
-        """A law by its name, or ``path/to/file.py:Name`` from a user's own file.
-
-        Raises:
-            UnknownNameError: there is no law of that name.
-            LawError: the file cannot be loaded or has no such law.
-        """
-        if isinstance(name, str) and ".py:" in name:
-            return law_from_file(name, cls)
-        return super().member(name)
-
-    @classmethod
-    def source(cls) -> str:
-        """The text of the user's own file that the law was loaded from; empty for the laws of the package."""
-        file, _, _ = cls.address.rpartition(":")
-        return Path(file).read_text(encoding="utf-8") if file and Path(file).is_file() else ""
 
     def initial_state(self) -> Array:
         """The state before the first step: zeros."""

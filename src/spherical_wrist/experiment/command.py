@@ -125,6 +125,8 @@ def _member(field: str, value: Member, usual: Member, address: str | None) -> It
 def _address(member: Member) -> str:
     if isinstance(member, Law):
         return law_address(type(member))
+    if ".py:" in member.address:
+        return member.address
     if type(member).members.get(member.name) is not type(member):
         raise ParameterError(f"{member.kind} {member.name!r} is not one that the command line knows (see wrist list)")
     return member.name

@@ -150,7 +150,11 @@ class Experiment(Parameters):
     @property
     def drawn_reference(self) -> Reference:
         """The reference with everything random in it drawn, from the experiment's seed."""
-        return self.reference.drawn(np.random.default_rng([self.seed, 3]))
+        return self.reference.drawn(self.generator_of_reference())
+
+    def generator_of_reference(self) -> np.random.Generator:
+        """A new generator of everything random in the reference."""
+        return np.random.default_rng([self.seed, 3])
 
     @property
     def hardware(self) -> Hardware:

@@ -2,10 +2,12 @@
 
 from collections.abc import Mapping
 from dataclasses import asdict
+from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
 from spherical_wrist.errors import RecordingError
+from spherical_wrist.experiment.evidence import Evidence
 from spherical_wrist.experiment.run import Run
 from spherical_wrist.metrics import Measurement, Metrics
 from spherical_wrist.recording import read_recording, write_recording
@@ -16,7 +18,7 @@ def record(run: Run, path: Path | str) -> None:
     """Writes a run to a Rerun file, with its experiment, outcome, metrics and versions; completely or not at all.
 
     Args:
-        run: the run; its experiment's model files must be there, for the geometry.
+        run: the run.
         path: file to write, usually ``*.rrd``. One that is there already is replaced.
 
     Raises:
@@ -24,7 +26,8 @@ def record(run: Run, path: Path | str) -> None:
     """
     if not len(run):
         raise RecordingError("the run has no series to record: simulate with keep_series=True")
-    write_recording(Path(path), run, run.experiment.plant(), _properties(run), run.every)
+    with run.plant() as plant:
+        write_recording(Path(path), run, plant, properties_of(run), run.every, run.evidence.archive())
 
 
 def load_recording(path: Path | str) -> Run:
@@ -45,6 +48,7 @@ def load_recording(path: Path | str) -> Run:
             versions=properties["versions"],
             every=recording.every,
             wall_time=properties["run"]["wall_time_s"],
+            evidence=_evidence(properties, recording.archive),
         )
     except (KeyError, TypeError, ValueError) as error:
         raise RecordingError(
@@ -52,16 +56,24 @@ def load_recording(path: Path | str) -> Run:
         ) from None
 
 
-def _properties(run: Run) -> dict[str, dict[str, Any]]:
-    source = run.experiment.law.source()
+def _evidence(properties: Mapping[str, Any], archive: bytes) -> Evidence:
+    places = {name: file["path"] for name, file in properties.get("files", {}).items()}
+    return Evidence.from_archive(places, archive) if places else Evidence()
+
+
+def properties_of(run: Run) -> dict[str, dict[str, Any]]:
+    """The groups of entries that describe a run in its recording."""
     return {
         "experiment": dict(run.description),
         "outcome": {"status": str(run.outcome.status), "time_s": run.outcome.time, "reason": run.outcome.reason},
         "metrics": asdict(run.metrics),
         "measurement": run.measurement._asdict(),
         "versions": dict(run.versions),
-        "run": {"wall_time_s": run.wall_time, "real_time_factor": run.real_time_factor}
-        | ({"law_source": source} if source else {}),
+        "files": {
+            name: {"path": path, "sha256": sha256(run.evidence.files[path]).hexdigest()}
+            for name, path in run.evidence.places.items()
+        },
+        "run": {"wall_time_s": run.wall_time, "real_time_factor": run.real_time_factor},
     }
 
 

@@ -2,15 +2,19 @@
 
 import time
 from collections.abc import Callable
+from math import ceil
 from typing import NamedTuple
 
 import numpy as np
 
 from spherical_wrist.errors import ParameterError
 from spherical_wrist.experiment.description import Experiment
-from spherical_wrist.experiment.run import Run, versions
+from spherical_wrist.experiment.evidence import Evidence
+from spherical_wrist.experiment.guard import guarded_motion, guarded_torque
+from spherical_wrist.experiment.run import Run, circumstances
+from spherical_wrist.libmujoco import warnings_kept_in_data
 from spherical_wrist.metrics import LogMeter, Measurement, Metrics
-from spherical_wrist.simulation.closed_loop import ClosedLoop
+from spherical_wrist.simulation.closed_loop import CHUNK, ClosedLoop
 from spherical_wrist.simulation.engine import Engine, compiled_engine, interpreted_engine
 from spherical_wrist.simulation.logged import Logged
 from spherical_wrist.simulation.nominal import Motion, peak_torque
@@ -19,6 +23,12 @@ from spherical_wrist.simulation.series import Series
 from spherical_wrist.simulation.timing import Timing
 from spherical_wrist.simulation.workbench import Sampled, Workbench
 from spherical_wrist.wrist import Wrist
+
+MOST_ROWS = 20_000_000
+"""Rows of a series: some ten gigabytes in memory, 5½ hours at 1 kHz."""
+
+WATCHED = 1000
+"""Control periods that are simulated at a time where somebody watches: a few milliseconds; the bits are the same."""
 
 
 def simulate(
@@ -29,6 +39,7 @@ def simulate(
     interpreted: bool = False,
     progress: Callable[[float], None] | None = None,
     stop: Callable[[], bool] = lambda: False,
+    watch: Callable[[Series], None] | None = None,
 ) -> Run:
     """Runs the closed loop that an experiment describes.
 
@@ -41,35 +52,49 @@ def simulate(
         interpreted: run the loop and the law as plain Python, for a debugger; hundreds of times slower.
         progress: called now and then with the simulated time [s].
         stop: asked now and then whether to stop; the run is then ``interrupted`` and keeps what was simulated.
+        watch: called with every piece of the series as soon as it is simulated, such as ``LiveView.show``.
 
     Returns:
         The run. That it diverged is an outcome and no exception.
 
     Raises:
-        ParameterError: the experiment's periods do not fit, or its disturbance has no size.
+        ParameterError: the experiment's periods do not fit, its disturbance has no size, or there would be too many
+            rows to keep.
         ModelError: the MJCF file is not a wrist.
         LawError: the law raises, returns no torque, or cannot be compiled.
     """
     if record_every < 1:
         raise ParameterError(f"record_every = {record_every}: must be 1 or more")
+    rows = experiment.duration / experiment.control_period / record_every
+    if keep_series and rows > MOST_ROWS:
+        raise ParameterError(
+            f"the series would have {rows:.3g} rows, {MOST_ROWS:g} are the most: keep every so-many-th with "
+            f"record_every = {ceil(rows * record_every / MOST_ROWS)} (--record-every), or none (--no-recording)"
+        )
     kept = [Series.empty()]
 
     def keep(loop: ClosedLoop, logged: Logged) -> None:
-        if keep_series:
+        if keep_series or watch is not None:
             first = loop.sample - len(logged.time)
-            kept.append(loop.series(logged).rows(slice(-first % record_every, None, record_every)))
+            piece = loop.series(logged).rows(slice(-first % record_every, None, record_every))
+            if keep_series:
+                kept.append(piece)
+            if watch is not None:
+                watch(piece)
         if progress is not None:
             progress(loop.sample * experiment.control_period)
 
+    evidence = Evidence.of(experiment) if keep_series else Evidence()
     bench = Workbench(interpreted_engine() if interpreted else compiled_engine())
-    found = measured(experiment, bench, keep, stop)
+    found = measured(experiment, bench, keep, stop, CHUNK if watch is None else WATCHED)
     return Run(
         **Series.joined(kept).arrays(),
         description=experiment.model_dump(mode="json"),
         outcome=found.outcome,
         metrics=found.metrics,
         measurement=found.measurement,
-        versions=versions(),
+        versions=circumstances(),
+        evidence=evidence,
         every=record_every,
         wall_time=found.wall_time,
         _experiment=experiment,
@@ -92,11 +117,13 @@ class Measured(NamedTuple):
     wall_time: float
 
 
+@warnings_kept_in_data()
 def measured(
     experiment: Experiment,
     bench: Workbench,
     keep: Callable[[ClosedLoop, Logged], None] = lambda loop, logged: None,
     stop: Callable[[], bool] = lambda: False,
+    chunk: int = CHUNK,
 ) -> Measured:
     """Runs the closed loop that an experiment describes, and measures it.
 
@@ -105,6 +132,7 @@ def measured(
         bench: for runs that follow one another on one thread; what they share is made once, and the bits are the same.
         keep: called with the loop and each piece of the log.
         stop: see :func:`simulate`.
+        chunk: control periods that are simulated at a time; the bits do not depend on it.
 
     Raises:
         WristError: see :func:`simulate`.
@@ -112,7 +140,7 @@ def measured(
     nominal = bench.wrist(experiment.wrist_file)
     timing = experiment.timing(nominal)
     engine, law, seed = bench.engine, experiment.law, experiment.seed
-    drawn = experiment.drawn_reference
+    drawn = guarded_motion(experiment.reference, experiment.generator_of_reference(), experiment.duration)
     reference = Sampled(drawn, bench)
     peak, load = 0.0, experiment.disturbance
     measurement = experiment.measurement(nominal)
@@ -124,7 +152,7 @@ def measured(
         except _StoppedError:
             nothing = LogMeter(measurement, engine).result()
             return Measured(Outcome(Status.INTERRUPTED, 0.0, "stopped on request"), nothing, measurement, 0.0)
-    torque = load.torque(peak, np.random.default_rng(seed))
+    torque = guarded_torque(load, peak, np.random.default_rng(seed))
     disturbance = bench.sampled(("torque", load, peak, seed), torque)
     machine = bench.machine(experiment.wrist_file, experiment.perturbation, timing)
     parts = (law, reference, disturbance, timing, engine, experiment.start, experiment.hardware)
@@ -135,7 +163,7 @@ def measured(
         if stop():
             outcome = Outcome(Status.INTERRUPTED, loop.sample * timing.control_period, "stopped on request")
             break
-        logged = loop.run()
+        logged = loop.run(chunk)
         meter.add(logged)
         keep(loop, logged)
         outcome = loop.outcome

@@ -16,7 +16,8 @@ import numpy as np
 import numpy.typing as npt
 
 from spherical_wrist.experiment.run import Run
-from spherical_wrist.simulation.physics import physics_model, warnings_kept_in_data
+from spherical_wrist.libmujoco import warnings_kept_in_data
+from spherical_wrist.simulation.physics import physics_model
 from spherical_wrist.so3 import feed_forward
 from spherical_wrist.wrist import Wrist
 

@@ -6,6 +6,7 @@ import numpy as np
 import numpy.typing as npt
 import rerun.blueprint as rrb
 
+from spherical_wrist.recording.geometry import Drawable
 from spherical_wrist.recording.hardware import hardware_curves
 from spherical_wrist.recording.layout import (
     EXPERIMENT_TEXT,
@@ -17,9 +18,8 @@ from spherical_wrist.recording.layout import (
     WORLD,
     plot_entity,
 )
-from spherical_wrist.recording.plots import limits, plotted
+from spherical_wrist.recording.plots import plotted
 from spherical_wrist.simulation.series import COLUMNS
-from spherical_wrist.wrist import Wrist
 
 TRAIL = 1.5
 """Length of the tip's trails [s]."""
@@ -37,20 +37,26 @@ _EYE = np.array([0.60, -0.79, 0.12])
 """From the middle of the wrist to the eye: that of the package's model's overview camera."""
 
 
-def blueprint(wrist: Wrist, arrays: Mapping[str, npt.NDArray[np.float64]]) -> rrb.Blueprint:
+def blueprint(
+    wrist: Drawable,
+    arrays: Mapping[str, npt.NDArray[np.float64]],
+    ranges: Mapping[str, tuple[float, float]],
+) -> rrb.Blueprint:
     """The layout of the viewer: the scene and the tables on the left, the plots on the right.
 
     Args:
         wrist: the eye looks at it from a distance that fits its size.
-        arrays: of the series, by name.
+        arrays: of the series, by name; they say which plots there are.
+        ranges: ends of the plots' vertical axes; one that has none is as high as its curves at any time.
     """
     tables = rrb.Horizontal(
         rrb.TextDocumentView(name="Metrics", origin=METRICS_TEXT),
         rrb.TextDocumentView(name="Experiment", origin=EXPERIMENT_TEXT),
     )
     names, hardware = plotted(arrays), hardware_curves(arrays)
-    views = {name: _plot(name, " ".join(PLOTTED[name]), COLUMNS[name]["unit"], arrays[name]) for name in names}
-    views |= {name: _plot(name, HARDWARE[name][0], HARDWARE[name][2], curves) for name, curves in hardware.items()}
+    told = {name: (" ".join(PLOTTED[name]), COLUMNS[name]["unit"], arrays[name].shape[1]) for name in names}
+    told |= {name: (HARDWARE[name][0], HARDWARE[name][2], curves.shape[1]) for name, curves in hardware.items()}
+    views = {name: _plot(name, *what, ranges.get(name)) for name, what in told.items()}
     if hardware:
         stack = [*([name for name in place if name in views] for place in ABOVE_HARDWARE), list(hardware)]
     else:
@@ -68,7 +74,7 @@ def blueprint(wrist: Wrist, arrays: Mapping[str, npt.NDArray[np.float64]]) -> rr
     )
 
 
-def _scene(wrist: Wrist) -> rrb.Spatial3DView:
+def _scene(wrist: Drawable) -> rrb.Spatial3DView:
     middle, extent = wrist.model.stat.center, wrist.model.stat.extent
     trail = rrb.VisibleTimeRange(
         TIMELINE,
@@ -89,11 +95,11 @@ def _place(views: Sequence[rrb.View]) -> rrb.View | rrb.Container:
     return views[0] if len(views) == 1 else rrb.Tabs(*views, active_tab=0)
 
 
-def _plot(name: str, title: str, unit: str, curves: npt.NDArray[np.float64]) -> rrb.TimeSeriesView:
+def _plot(name: str, title: str, unit: str, curves: int, ends: tuple[float, float] | None) -> rrb.TimeSeriesView:
     return rrb.TimeSeriesView(
         name=title + (f" [{unit}]" if unit else ""),
         origin=plot_entity(name),
         axis_x=rrb.TimeAxis(link=rrb.components.LinkAxis.LinkToGlobal),
-        axis_y=rrb.ScalarAxis(range=limits(curves)),
-        plot_legend=rrb.PlotLegend(rrb.Corner2D.RightTop, visible=None if 1 < curves.shape[1] <= LEGEND else False),
+        axis_y=None if ends is None else rrb.ScalarAxis(range=ends),
+        plot_legend=rrb.PlotLegend(rrb.Corner2D.RightTop, visible=None if 1 < curves <= LEGEND else False),
     )

@@ -1,14 +1,12 @@
 """MuJoCo's geoms as Rerun's shapes."""
 
 from collections.abc import Iterator, Sequence
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 import mujoco
 import numpy as np
 import numpy.typing as npt
 import rerun as rr
-
-from spherical_wrist.wrist import Wrist
 
 GEOM = mujoco.mjtGeom
 
@@ -17,6 +15,26 @@ _UNSET = np.array([0.5, 0.5, 0.5, 1.0], dtype=np.float32)
 
 _HIDDEN_FROM = 3
 """MuJoCo's viewers do not show geoms of this group and above: by custom, the shapes for collisions."""
+
+
+class Drawable(Protocol):
+    """What a wrist is drawn from; a :class:`~spherical_wrist.wrist.Wrist` is one."""
+
+    @property
+    def model(self) -> mujoco.MjModel:
+        """The compiled model, with all its geometry."""
+
+    @property
+    def anchor(self) -> npt.NDArray[np.float64]:
+        """Centre of the ball joint in the world [m]."""
+
+    @property
+    def mount(self) -> npt.NDArray[np.float64]:
+        """Rotation (3, 3) to the world from the frame that attitudes are relative to."""
+
+    @property
+    def moving(self) -> list[int]:
+        """Indices of the bodies that the ball joint moves."""
 
 
 class Placed(NamedTuple):
@@ -37,7 +55,7 @@ class Placed(NamedTuple):
     rotation: npt.NDArray[np.float64]
 
 
-def visible_geoms(wrist: Wrist) -> Iterator[Placed]:
+def visible_geoms(wrist: Drawable) -> Iterator[Placed]:
     """The geoms that MuJoCo's own viewers show."""
     model = wrist.model
     data = mujoco.MjData(model)

@@ -49,8 +49,11 @@ SERIES = "series"
 
 EXPERIMENT_TEXT, METRICS_TEXT = "summary/experiment", "summary/metrics"
 
-ABOUT, SEAL = "recording", "seal"
+ABOUT, ARCHIVE, SEAL = "recording", "archive", "seal"
 """Groups of properties in which the recording describes itself."""
+
+ZIP = "zip"
+"""Component of the archive: the files that the run depends on."""
 
 
 def plot_entity(name: str) -> str:

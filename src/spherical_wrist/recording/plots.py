@@ -1,6 +1,6 @@
 """The arrays over time: those with a plot of their own, and the rest."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from colorsys import hsv_to_rgb
 
 import numpy as np
@@ -40,28 +40,50 @@ def send_arrays(recording: rr.RecordingStream, time: rr.TimeColumn, arrays: Mapp
         time: the control instants.
         arrays: of a series, by name.
     """
-    own = plotted(arrays)
-    for name in own:
-        lines = [f"{PLOTTED[name][1]} {axis}" for axis in COLUMNS[name]["axes"]]
-        _send_plot(recording, time, name, arrays[name], lines)
-    curves = hardware_curves(arrays)
-    for name, curve in curves.items():
-        _send_plot(recording, time, name, curve, _lines(HARDWARE[name][1], curve.shape[1]))
-    sent = {*own, *curves}
+    send_styles(recording, arrays, len(arrays["time"]))
+    sent = send_curves(recording, time, arrays)
     rest = [_component(name, array) for name, array in arrays.items() if name not in sent and array.size]
     recording.send_columns(SERIES, [time], rest)
 
 
-def _send_plot(
-    recording: rr.RecordingStream, time: rr.TimeColumn, name: str, curves: Array, lines: Sequence[str]
-) -> None:
-    policy = AGGREGATION.Off if len(curves) <= DRAWN_IN_FULL else AGGREGATION.MinMax
-    count = len(lines)
-    around = [[round(255.0 * part) for part in hsv_to_rgb(k / count, 0.6, 0.95)] for k in range(count)]
-    colours = AXIS_COLOURS[:count] if count <= len(AXIS_COLOURS) else around
-    style = rr.SeriesLines(names=lines, colors=colours, widths=[1.5] * count, aggregation_policy=policy)
-    recording.log(plot_entity(name), style, static=True)
-    recording.send_columns(plot_entity(name), [time], rr.Scalars.columns(scalars=curves))
+def send_styles(recording: rr.RecordingStream, arrays: Mapping[str, Array], rows: int) -> None:
+    """Sends how the curves of every plot look.
+
+    Args:
+        recording: where to.
+        arrays: of a series, by name.
+        rows: as many rows are drawn in the end.
+    """
+    policy = AGGREGATION.Off if rows <= DRAWN_IN_FULL else AGGREGATION.MinMax
+    for name, (_, lines) in _curves(arrays).items():
+        count = len(lines)
+        around = [[round(255.0 * part) for part in hsv_to_rgb(k / count, 0.6, 0.95)] for k in range(count)]
+        colours = AXIS_COLOURS[:count] if count <= len(AXIS_COLOURS) else around
+        style = rr.SeriesLines(names=lines, colors=colours, widths=[1.5] * count, aggregation_policy=policy)
+        recording.log(plot_entity(name), style, static=True)
+
+
+def send_curves(recording: rr.RecordingStream, time: rr.TimeColumn, arrays: Mapping[str, Array]) -> set[str]:
+    """Sends the curves of every plot, and returns the names of the plots; see :func:`send_arrays`."""
+    curves = _curves(arrays)
+    for name, (curve, _) in curves.items():
+        recording.send_columns(plot_entity(name), [time], rr.Scalars.columns(scalars=curve))
+    return set(curves)
+
+
+def ranges(arrays: Mapping[str, Array]) -> dict[str, tuple[float, float]]:
+    """The :func:`limits` of every plot, by its name."""
+    return {name: limits(curve) for name, (curve, _) in _curves(arrays).items()}
+
+
+def _curves(arrays: Mapping[str, Array]) -> dict[str, tuple[Array, list[str]]]:
+    """Of every plot, by its name, the curves (n, m) and their m names."""
+    found = {
+        name: (arrays[name], [f"{PLOTTED[name][1]} {axis}" for axis in COLUMNS[name]["axes"]])
+        for name in plotted(arrays)
+    }
+    faults = hardware_curves(arrays)
+    return found | {name: (curve, _lines(HARDWARE[name][1], curve.shape[1])) for name, curve in faults.items()}
 
 
 def _lines(symbol: str, count: int) -> list[str]:

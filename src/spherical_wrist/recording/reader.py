@@ -14,11 +14,13 @@ from spherical_wrist.errors import RecordingError, one_line
 from spherical_wrist.recording.layout import (
     ABOUT,
     APPLICATION,
+    ARCHIVE,
     FORMAT,
     HARDWARE,
     PLOTTED,
     SERIES,
     TIMELINE,
+    ZIP,
     plot_entity,
 )
 from spherical_wrist.recording.seal import check_seal
@@ -36,11 +38,13 @@ class Recording:
         series: the arrays of the run, bit for bit.
         properties: groups of entries, as they were given.
         every: the series has every ``every``-th control instant.
+        archive: of the files that the run depends on; empty where there is none.
     """
 
     series: Series
     properties: dict[str, dict[str, Any]]
     every: int
+    archive: bytes = b""
 
 
 def read_recording(path: Path) -> Recording:
@@ -58,7 +62,9 @@ def read_recording(path: Path) -> Recording:
         series, properties = Series(**_arrays(tables)), json.loads(str(about["properties"][0]))
         if len(series) != about["rows"][0]:
             raise RecordingError(f"recording {str(path)!r} lacks rows; record the run again")
-        return Recording(series, properties, int(about["every"][0]))
+        archive = tables.get(_path_of_properties(ARCHIVE), {}).get(ZIP)
+        packed = b"" if archive is None else np.asarray(archive[0], dtype=np.uint8).tobytes()
+        return Recording(series, properties, int(about["every"][0]), packed)
     except (KeyError, IndexError, ValueError, RuntimeError) as error:
         raise RecordingError(f"recording {str(path)!r} cannot be read: {one_line(error, 100)}") from None
 
@@ -73,7 +79,12 @@ def _tables(path: Path) -> dict[str, Table]:
     if [entry.application_id for entry in recordings] != [APPLICATION]:
         names = ", ".join(sorted({entry.application_id for entry in recordings})) or "none"
         raise RecordingError(f"recording {str(path)!r} was not made by spherical-wrist (applications in it: {names})")
-    content = [f"/{SERIES}", *(f"/{plot_entity(name)}" for name in _PLOTS), _path_of_properties(ABOUT)]
+    content = [
+        f"/{SERIES}",
+        *(f"/{plot_entity(name)}" for name in _PLOTS),
+        _path_of_properties(ABOUT),
+        _path_of_properties(ARCHIVE),
+    ]
     parts: dict[str, list[Any]] = defaultdict(list)
     for chunk in reader.stream(store=recordings[0]).filter(content=content):
         parts[chunk.entity_path].append(chunk.to_record_batch())

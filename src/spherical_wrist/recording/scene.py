@@ -5,10 +5,9 @@ import numpy.typing as npt
 import rerun as rr
 from scipy.spatial.transform import Rotation
 
-from spherical_wrist.recording.geometry import solid, visible_geoms, wires
+from spherical_wrist.recording.geometry import Drawable, solid, visible_geoms, wires
 from spherical_wrist.recording.layout import BASE, DESIRED, TIMELINE, TIPS, WORLD, WRIST
 from spherical_wrist.simulation.series import Series
-from spherical_wrist.wrist import Wrist
 
 ACTUAL_COLOUR, DESIRED_COLOUR = (255, 150, 50), (80, 230, 150)
 PERIOD = 0.01
@@ -18,33 +17,44 @@ _FAR = 1e6
 """No tool tip is that far away [m]; a run that diverges may say so."""
 
 
-def draw_scene(recording: rr.RecordingStream, series: Series, wrist: Wrist) -> None:
-    """Sends geometry and motion to a recording.
+def draw_wrist(recording: rr.RecordingStream, wrist: Drawable) -> None:
+    """Sends what does not change: the geometry, and how the trails look."""
+    recording.log(WORLD, rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
+    _draw_geometry(recording, wrist)
+    for entity, rgb, radius in zip(TIPS.values(), (ACTUAL_COLOUR, DESIRED_COLOUR), (0.0009, 0.0006), strict=True):
+        recording.log(entity, rr.LineStrips3D.from_fields(colors=[rgb], radii=[radius]), static=True)
+
+
+def draw_motion(
+    recording: rr.RecordingStream, series: Series, wrist: Drawable, before: Series | None = None
+) -> Series | None:
+    """Sends the motion, or the next piece of it.
 
     Args:
         recording: where to.
         series: the motion. Rows that have no pose to show, as after a divergence, are left out.
-        wrist: the geometry.
+        wrist: what moves.
+        before: what this returned for the piece before, whose trails go on.
+
+    Returns:
+        The last row that is shown, or ``before`` where none is.
     """
-    recording.log(WORLD, rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
-    _draw_geometry(recording, wrist)
     rows = _rows_to_show(series)
     time = [timeline(series.time[rows])]
     for entity, attitude in ((WRIST, series.attitude), (DESIRED, series.desired_attitude)):
         turns = _world_turns(attitude[rows], wrist)
         places = np.broadcast_to(wrist.anchor, (len(rows), 3))
         recording.send_columns(entity, time, rr.Transform3D.columns(translation=places, quaternion=turns))
-    for (name, entity), rgb, radius in zip(
-        TIPS.items(), (ACTUAL_COLOUR, DESIRED_COLOUR), (0.0009, 0.0006), strict=True
-    ):
+    for name, entity in TIPS.items():
         # one piece per row, from the row before: within a time range they join up to a trail
         points = getattr(series, name)[rows].astype(np.float32)
-        pieces = np.stack([np.concatenate([points[:1], points[:-1]]), points], axis=1)
-        recording.log(entity, rr.LineStrips3D.from_fields(colors=[rgb], radii=[radius]), static=True)
+        begin = points[:1] if before is None else getattr(before, name).astype(np.float32)
+        pieces = np.stack([np.concatenate([begin, points])[: len(points)], points], axis=1)
         recording.send_columns(entity, time, rr.LineStrips3D.columns(strips=pieces))
+    return series.rows(slice(int(rows[-1]), int(rows[-1]) + 1)) if len(rows) else before
 
 
-def _world_turns(attitude: npt.NDArray[np.float64], wrist: Wrist) -> npt.NDArray[np.float64]:
+def _world_turns(attitude: npt.NDArray[np.float64], wrist: Drawable) -> npt.NDArray[np.float64]:
     """Quaternions (x, y, z, w) that turn the wrist, as it lies in the world at its start, to attitudes (n, 4)."""
     if np.array_equal(wrist.mount, np.eye(3)):
         return np.roll(attitude, -1, axis=1)
@@ -58,7 +68,7 @@ def timeline(time: npt.NDArray[np.float64]) -> rr.TimeColumn:
     return rr.TimeColumn(TIMELINE, duration=np.rint(1e9 * time).astype("timedelta64[ns]"))
 
 
-def _draw_geometry(recording: rr.RecordingStream, wrist: Wrist) -> None:
+def _draw_geometry(recording: rr.RecordingStream, wrist: Drawable) -> None:
     geoms = list(visible_geoms(wrist))
     for geom in geoms:
         shape = solid(wrist.model, geom)

@@ -39,23 +39,26 @@ def _recorded(fill: Callable[[rr.RecordingStream], None], blueprint: rrb.Bluepri
     try:
         if not rr.is_enabled(stream):
             raise RecordingError("the environment switches Rerun off: unset the variable RERUN to record")
-        _send_blueprint(stream, blueprint)
+        send_blueprint(stream, blueprint)
         fill(stream)
         return memory.drain_as_bytes()
     finally:
         stream.disconnect()
 
 
-def _send_blueprint(stream: rr.RecordingStream, blueprint: rrb.Blueprint) -> None:
-    """What ``stream.send_blueprint`` does, but disconnecting the blueprint's own stream."""
+def send_blueprint(stream: rr.RecordingStream, blueprint: rrb.Blueprint) -> None:
+    """What ``stream.send_blueprint`` does, but disconnecting the blueprint's own stream.
+
+    It is made active, as Rerun itself does. If it were the default only, the web viewer, which may begin to draw before
+    it has all, would keep the layout that it has guessed until then; and a viewer that has shown another run would show
+    this one as that.
+    """
     native = rerun_bindings.new_blueprint(APPLICATION, make_default=False, make_thread_default=False)
     own = rr.RecordingStream._from_native(native)
     memory = own.memory_recording()
     try:
         own.set_time("blueprint", sequence=0)
         blueprint._log_to_stream(own)
-        rerun_bindings.send_blueprint(
-            memory.storage, make_active=False, make_default=True, recording=stream.to_native()
-        )
+        rerun_bindings.send_blueprint(memory.storage, make_active=True, make_default=True, recording=stream.to_native())
     finally:
         own.disconnect()

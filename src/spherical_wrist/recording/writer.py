@@ -10,17 +10,23 @@ from spherical_wrist.files import write_whole
 from spherical_wrist.recording import summary
 from spherical_wrist.recording.blueprint import blueprint
 from spherical_wrist.recording.contents import arrays_of
-from spherical_wrist.recording.layout import ABOUT, EXPERIMENT_TEXT, FORMAT, JSON, METRICS_TEXT, SEAL
-from spherical_wrist.recording.plots import send_arrays
-from spherical_wrist.recording.scene import draw_scene, timeline
+from spherical_wrist.recording.layout import ABOUT, ARCHIVE, FORMAT, JSON, SEAL, ZIP
+from spherical_wrist.recording.plots import ranges, send_arrays
+from spherical_wrist.recording.scene import draw_motion, draw_wrist, timeline
 from spherical_wrist.recording.seal import PLACEHOLDER, sealed
 from spherical_wrist.recording.stream import recorded
+from spherical_wrist.recording.texts import send_texts
 from spherical_wrist.simulation.series import Series
 from spherical_wrist.wrist import Wrist
 
 
 def write_recording(
-    path: Path, series: Series, wrist: Wrist, properties: Mapping[str, Mapping[str, JSON]], every: int = 1
+    path: Path,
+    series: Series,
+    wrist: Wrist,
+    properties: Mapping[str, Mapping[str, JSON]],
+    every: int = 1,
+    archive: bytes = b"",
 ) -> None:
     """Writes a run to a Rerun file, completely or not at all.
 
@@ -30,21 +36,26 @@ def write_recording(
         wrist: the plant, whose geometry is drawn.
         properties: groups of entries such as ``experiment``, ``metrics`` and ``outcome``; nested tables are fine.
         every: the series has every ``every``-th control instant.
+        archive: of the files that the run depends on, kept as it is.
 
     Raises:
         RecordingError: the file cannot be written, or the series has no rows or arrays of the wrong shape.
         ValueError: a group of properties has the name that is kept for the recording itself.
     """
-    if ABOUT in properties or SEAL in properties:
-        raise ValueError(f"{ABOUT!r} and {SEAL!r} cannot be names of groups of properties")
+    if taken := {ABOUT, ARCHIVE, SEAL} & properties.keys():
+        raise ValueError(f"{', '.join(sorted(taken))}: a group of properties cannot be called so")
     arrays = arrays_of(series)
 
     def fill(recording: rr.RecordingStream) -> None:
         _describe(recording, properties, len(series), every)
-        draw_scene(recording, series, wrist)
+        if archive:
+            blob = rr.AnyValues().with_component_from_data(ZIP, rr.components.BlobBatch([archive]))
+            recording.send_property(ARCHIVE, blob)
+        draw_wrist(recording, wrist)
+        draw_motion(recording, series, wrist)
         send_arrays(recording, timeline(arrays["time"]), arrays)
 
-    write_whole(path, sealed(recorded(fill, blueprint(wrist, arrays))))
+    write_whole(path, sealed(recorded(fill, blueprint(wrist, arrays, ranges(arrays)))))
 
 
 def _describe(
@@ -64,12 +75,7 @@ def _describe(
     }
     recording.send_property(ABOUT, _visible(about))
     recording.send_property(SEAL, _visible({"checksum": PLACEHOLDER}))
-    tables = {
-        METRICS_TEXT: summary.metrics_text(properties, rows, every),
-        EXPERIMENT_TEXT: summary.experiment_text(properties),
-    }
-    for entity, text in tables.items():
-        recording.log(entity, rr.TextDocument(text, media_type=rr.MediaType.MARKDOWN), static=True)
+    send_texts(recording, summary.metrics_text(properties, rows, every), summary.experiment_text(properties))
 
 
 def _visible(entries: Mapping[str, float | str]) -> rr.AnyValues:

@@ -10,6 +10,7 @@ from spherical_wrist.actuation.drive import drive_of
 from spherical_wrist.control.contract import COMMAND, SIGNAL, Law
 from spherical_wrist.disturbance import Torque
 from spherical_wrist.errors import LawError, one_line
+from spherical_wrist.libmujoco import drop_step_timer, warnings_kept_in_data
 from spherical_wrist.sensing.measure import sensor_of
 from spherical_wrist.sensing.samples import Samples
 from spherical_wrist.simulation import loop
@@ -20,7 +21,6 @@ from spherical_wrist.simulation.instant import model_ahead, sense
 from spherical_wrist.simulation.logged import Logged
 from spherical_wrist.simulation.nominal import Motion, NominalModel
 from spherical_wrist.simulation.outcome import Outcome, Status
-from spherical_wrist.simulation.physics import drop_step_timer, warnings_kept_in_data
 from spherical_wrist.simulation.series import Series
 from spherical_wrist.simulation.timing import Timing
 from spherical_wrist.simulation.workbench import Machine, Workbench, machine_of
@@ -33,6 +33,8 @@ RATE_LIMIT = 1000.0
 """Rate [rad/s] beyond which a run counts as diverged: a radian per millisecond, far from any wrist's."""
 
 CHUNK = 8192
+MOST_STEPS = 16 * CHUNK
+"""Physics steps between two answers to who asks to stop, and rows of the disturbance in memory."""
 """Control periods that are simulated at a time, which bounds the memory of a run however long it is."""
 
 
@@ -137,6 +139,7 @@ class ClosedLoop:
             LawError: the law raised, or wrote a torque that is not finite.
         """
         timing, engine = self._timing, self._engine
+        samples = min(samples, max(1, MOST_STEPS // timing.substeps))
         last = min(self.sample + samples, timing.samples) if self.outcome is None else self.sample
         time = timing.instants(self.sample, last)
         desired = self._reference.motion(time)

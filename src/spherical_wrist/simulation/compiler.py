@@ -23,11 +23,12 @@ from spherical_wrist.actuation.drive import DRIVE, Drive
 from spherical_wrist.control.contract import COMMAND, SIGNAL, Law
 from spherical_wrist.dynamics import MOTION, Nominal, inverse_dynamics, pointer
 from spherical_wrist.errors import LawError, one_line
+from spherical_wrist.libmujoco import library
 from spherical_wrist.sensing.measure import SENSOR, Sensor
 from spherical_wrist.sensing.samples import SAMPLE
 from spherical_wrist.simulation.gauge import TOTALS, WINDOW, gauge
 from spherical_wrist.simulation.loop import LOG, SETTINGS, Plant, close_loop
-from spherical_wrist.simulation.physics import ARGUMENTS, library
+from spherical_wrist.simulation.physics import ARGUMENTS
 
 Function = Callable[..., Any]
 
@@ -60,6 +61,14 @@ def _signatures() -> Any:
     )  # fmt: skip
     inverse, gauged = (nominal, motion, matrix, matrix), (record(WINDOW), record(TOTALS), vector, motion, log, matrix)
     return types.SimpleNamespace(law=law, loop=loop, inverse=inverse, gauge=gauged)
+
+
+def processor() -> str:
+    """What code is compiled for here: another processor may round in other places."""
+    _numba()
+    from llvmlite.binding import get_host_cpu_name
+
+    return str(get_host_cpu_name())
 
 
 def _address(array: Any) -> Any:

@@ -8,6 +8,9 @@ import numpy.typing as npt
 
 from spherical_wrist.errors import ParameterError
 
+MOST_SUBSTEPS, MOST_SAMPLES = 10**5, 10**12
+"""Physics steps in a control period, and control periods in a run; more would not end, or not be told apart."""
+
 
 class Timing(NamedTuple):
     """When things happen.
@@ -41,20 +44,25 @@ class Timing(NamedTuple):
         """The timing of a run of ``duration`` [s].
 
         Raises:
-            ParameterError: the control period is no multiple of the physics period, or the duration of the former.
+            ParameterError: the control period is no multiple of the physics period, or the duration of the former, or
+            there would be too many of them.
         """
         return cls(
             control_period,
-            _times("control_period", control_period, "physics_period", physics_period),
-            _times("duration", duration, "control_period", control_period),
+            _times("control_period", control_period, "physics_period", physics_period, MOST_SUBSTEPS),
+            _times("duration", duration, "control_period", control_period, MOST_SAMPLES),
         )
 
 
-def _times(name: str, whole: float, part_name: str, part: float) -> int:
+def _times(name: str, whole: float, part_name: str, part: float, most: int) -> int:
     for given_name, given in ((name, whole), (part_name, part)):
         if not 0.0 < given < inf:
             raise ParameterError(f"{given_name} = {given:g} s: must be a positive number")
     ratio = whole / part
+    if ratio > most:
+        raise ParameterError(
+            f"{name} = {whole:g} s is {ratio:g} times {part_name} = {part:g} s: at most {most:g} times is possible"
+        )
     count = round(ratio)
     if count < 1 or abs(ratio - count) > 1e-9 * ratio:
         near = sorted({max(1, int(ratio)) * part, (int(ratio) + 1) * part})

@@ -46,7 +46,7 @@ class Search(NamedTuple):
         law = self.space.law
         return {
             "law": law.model_dump(mode="json"),
-            "file of the law": hashlib.sha256(law.source().encode()).hexdigest(),
+            "file of the law": hashlib.sha256(law.source()).hexdigest(),
             "range": {each.name: [each.low, each.high] for each in self.space.ranges},
             "ranges given": self.own,
             "case": self.family.told(),

@@ -3,10 +3,22 @@
 from pathlib import Path
 
 import mujoco
+import numpy as np
 
 from spherical_wrist.errors import ModelError, one_line
+from spherical_wrist.libmujoco import warnings_kept_in_data
 
 ADVICE = "`wrist guide wrist` tells what a wrist model needs"
+
+
+REFUSALS = (ValueError, RuntimeError, MemoryError, mujoco.FatalError, mujoco.UnexpectedError)
+"""What MuJoCo raises at a model that it cannot take; RuntimeError where its bindings do not know why."""
+
+_PHYSICAL = (
+    "timestep", "gravity", "body_pos", "body_quat", "body_ipos", "body_iquat", "body_mass", "body_inertia", "jnt_pos",
+    "dof_damping", "dof_armature", "dof_frictionloss", "jnt_stiffness", "site_pos", "actuator_gear", "actuator_gainprm",
+)  # fmt: skip
+"""What MuJoCo computes with and takes from a file as it is, even where it is not a number."""
 
 
 def default_model() -> Path:
@@ -16,6 +28,7 @@ def default_model() -> Path:
     return installed if installed.exists() else here.parents[3] / "models" / "wrist.xml"
 
 
+@warnings_kept_in_data()
 def read_spec(path: Path) -> mujoco.MjSpec:
     """Parses an MJCF file.
 
@@ -24,22 +37,33 @@ def read_spec(path: Path) -> mujoco.MjSpec:
     """
     if not path.is_file():
         raise ModelError(f"model {str(path)!r}: no such file; give the path of an MJCF file")
+    if not str(path).isprintable():  # bytes that are no letters, or a zero in it
+        raise ModelError(f"model {str(path)!r}: MuJoCo cannot open a file of such a name; rename it")
     try:
         return mujoco.MjSpec.from_file(str(path))
-    except (ValueError, mujoco.FatalError, mujoco.UnexpectedError) as error:
+    except REFUSALS as error:
         raise ModelError(f"model {str(path)!r} is not valid MJCF: {one_line(error)}") from None
 
 
+@warnings_kept_in_data()
 def compiled(spec: mujoco.MjSpec, name: str) -> mujoco.MjModel:
     """Compiles a description.
 
     Raises:
-        ModelError: it does not compile.
+        ModelError: it does not compile, or has numbers that MuJoCo cannot compute with.
     """
     try:
-        return spec.compile()
-    except (ValueError, mujoco.FatalError) as error:
+        model = spec.compile()
+    except REFUSALS as error:
         raise ModelError(f"model {name!r} does not compile: {one_line(error)}") from None
+    for place in _PHYSICAL:
+        owner = model.opt if place in ("gravity", "timestep") else model
+        values = np.abs(np.ravel(getattr(owner, place)))
+        if not (values <= mujoco.mjMAXVAL).all():
+            raise ModelError(
+                f"model {name!r} has {place} = {values.max():g}: finite numbers below {mujoco.mjMAXVAL:g} are needed"
+            )
+    return model
 
 
 def dependencies(path: Path) -> list[Path]:
@@ -51,7 +75,7 @@ def dependencies(path: Path) -> list[Path]:
     read_spec(path)
     try:
         named = mujoco.mju_getXMLDependencies(str(path))
-    except (ValueError, mujoco.FatalError, mujoco.UnexpectedError) as error:
+    except REFUSALS as error:
         raise ModelError(f"model {str(path)!r}: its files cannot be found: {one_line(error)}") from None
     files = dict.fromkeys([path.resolve(), *(Path(each).resolve() for each in named)])
     missing = [str(file) for file in files if not file.is_file()]

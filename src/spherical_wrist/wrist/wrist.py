@@ -9,6 +9,7 @@ import mujoco
 import numpy as np
 import numpy.typing as npt
 
+from spherical_wrist.libmujoco import warnings_kept_in_data
 from spherical_wrist.wrist.mjcf import compiled, default_model, read_spec
 from spherical_wrist.wrist.parts import AXES, UNNAMED, Names, ball_joint, motor_matrix, tip_site, torque_motors
 from spherical_wrist.wrist.reduction import reduced
@@ -59,6 +60,7 @@ class Wrist:
         return cls.of(read_spec(file), str(file), names)
 
     @classmethod
+    @warnings_kept_in_data()
     def of(cls, spec: mujoco.MjSpec, name: str = "wrist", names: Names = UNNAMED) -> "Wrist":
         """Compiles a description and finds the wrist's parts in it.
 

@@ -1,0 +1,129 @@
+"""The files that a run depends on, kept with it: model, recorded motion, and Python of the user's own.
+
+A recording that names files on somebody's disk can be believed; one that carries them can be checked.
+"""
+
+import io
+import os
+import zipfile
+from collections.abc import Iterator, Mapping
+from pathlib import Path, PurePosixPath
+from typing import Any, NamedTuple, Self
+
+from spherical_wrist.errors import RecordingError
+from spherical_wrist.experiment.description import Experiment
+from spherical_wrist.files import make_folder, write_whole
+from spherical_wrist.parameters import Member
+from spherical_wrist.wrist import default_model, dependencies
+
+PARTS = ("law", "reference", "disturbance", "sensing", "actuation")
+EPOCH = (1980, 1, 1, 0, 0, 0)
+"""Time of every file in an archive: the same files make the same archive."""
+
+LARGEST = 1 << 30
+"""Most bytes that an archive may unpack to."""
+
+
+class Evidence(NamedTuple):
+    """Files of an experiment.
+
+    Attributes:
+        places: of every parameter that stands for a file, by dotted name, the file's path in ``files``.
+        files: contents by path; files that belong together are beside each other as they were.
+    """
+
+    places: Mapping[str, str] = {}
+    files: Mapping[str, bytes] = {}
+
+    @classmethod
+    def of(cls, experiment: Experiment) -> Self:
+        """The files of an experiment as they are now; of Python, as it was loaded.
+
+        Raises:
+            ModelError: the model cannot be read.
+        """
+        places: dict[str, str] = {}
+        files: dict[str, bytes] = {}
+        for name, group in _groups(experiment):
+            first, root = next(iter(group)), Path(os.path.commonpath([file.parent for file in group]))
+            inside = {file: f"{name}/{file.relative_to(root).as_posix()}" for file in group}
+            places[name] = inside[first]
+            files |= {inside[file]: content for file, content in group.items()}
+        return cls(places, files)
+
+    @property
+    def code(self) -> list[str]:
+        """Parts of the experiment that are Python code of the user's own."""
+        return [name for name, place in self.places.items() if place.endswith(".py")]
+
+    def archive(self) -> bytes:
+        """All files as one ZIP archive, the same bytes for the same files."""
+        content = io.BytesIO()
+        with zipfile.ZipFile(content, "w", zipfile.ZIP_DEFLATED) as archive:
+            for path, file in sorted(self.files.items()):
+                archive.writestr(zipfile.ZipInfo(path, EPOCH), file, zipfile.ZIP_DEFLATED)
+        return content.getvalue()
+
+    @classmethod
+    def from_archive(cls, places: Mapping[str, str], content: bytes) -> Self:
+        """What :meth:`archive` packed.
+
+        Raises:
+            ValueError: it is no such archive.
+        """
+        try:
+            with zipfile.ZipFile(io.BytesIO(content)) as archive:
+                if sum(info.file_size for info in archive.infolist()) > LARGEST:
+                    raise ValueError(f"the files in it are larger than {LARGEST} bytes")
+                files = {info.filename: archive.read(info) for info in archive.infolist()}
+        except (zipfile.BadZipFile, NotImplementedError, EOFError) as error:
+            raise ValueError(f"its archive of files is damaged: {error}") from None
+        for path in (*files, *places.values()):
+            if PurePosixPath(path).is_absolute() or ".." in PurePosixPath(path).parts or path not in files:
+                raise ValueError(f"its archive of files has a path that leads nowhere: {path!r}")
+        return cls(dict(places), files)
+
+    def unpack(self, folder: Path) -> None:
+        """Writes the files to a folder.
+
+        Raises:
+            RecordingError: they cannot be written.
+        """
+        for path, content in self.files.items():
+            target = folder / path
+            make_folder(target.parent)
+            write_whole(target, content, "file")
+
+    def described(self, description: Mapping[str, Any], folder: Path) -> dict[str, Any]:
+        """The description of an experiment in which every file is the one that :meth:`unpack` wrote to a folder."""
+        told = dict(description)
+        for name, place in self.places.items():
+            file = str(folder / place)
+            part, _, parameter = name.partition(".")
+            if parameter:
+                told[part] = {**told[part], parameter: file}
+            elif part in PARTS:
+                told[part] = {**told[part], "name": f"{file}:{told[part]['name'].rpartition(':')[2]}"}
+            else:
+                told[part] = file
+        return told
+
+
+def _groups(experiment: Experiment) -> Iterator[tuple[str, Mapping[Path, bytes]]]:
+    """Of every parameter that stands for a file: that file first, and the files that it needs."""
+    yield "model", {file: file.read_bytes() for file in dependencies(experiment.model or default_model())}
+    for name in PARTS:
+        part: Member = getattr(experiment, name)
+        if type(part).files:
+            yield name, type(part).files
+        for parameter in type(part).model_fields:
+            file = getattr(part, parameter)
+            if isinstance(file, Path):
+                yield f"{name}.{parameter}", _only(file)
+
+
+def _only(file: Path) -> dict[Path, bytes]:
+    try:
+        return {file.resolve(): file.read_bytes()}
+    except OSError as error:
+        raise RecordingError(f"file {str(file)!r} cannot be read: {error.strerror or error}") from None

@@ -1,0 +1,7 @@
+"""What can go wrong with a film."""
+
+from spherical_wrist.errors import WristError
+
+
+class FilmError(WristError):
+    """A film or picture cannot be rendered or written on this machine."""

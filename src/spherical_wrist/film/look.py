@@ -1,0 +1,34 @@
+"""What a model lacks to look well."""
+
+import mujoco
+
+from spherical_wrist.wrist import Wrist
+
+BRIGHT, DARK = (0.93, 0.95, 0.97), (0.62, 0.67, 0.73)
+"""Backdrop from top to bottom, as of the wrist that comes with the package."""
+
+AMBIENT, DIFFUSE = 0.35, 0.55
+"""Headlight of a model that has no light of its own; MuJoCo's would leave it in the dark."""
+
+LARGEST_SHADOW, SLICES = 2048, 48
+"""Of a shadow map, and of what is round. Finer is hardly to be seen, but takes a software renderer twice as long."""
+
+
+def dressed(wrist: Wrist, size: tuple[int, int]) -> mujoco.MjModel:
+    """The model of a wrist for pictures of a size [px], with a backdrop and light where it has none.
+
+    The wrist is left as it is. Bodies, joints, geoms and cameras have the same indices.
+    """
+    spec = wrist.spec.copy()
+    kinds = [texture.type for texture in spec.textures]
+    if mujoco.mjtTexture.mjTEXTURE_SKYBOX not in kinds:
+        gradient = {"builtin": mujoco.mjtBuiltin.mjBUILTIN_GRADIENT, "rgb1": BRIGHT, "rgb2": DARK}
+        spec.add_texture(type=mujoco.mjtTexture.mjTEXTURE_SKYBOX, width=512, height=512, **gradient)
+    model = spec.compile()
+    if not model.nlight:
+        model.vis.headlight.ambient[:], model.vis.headlight.diffuse[:] = AMBIENT, DIFFUSE
+    model.vis.global_.offwidth, model.vis.global_.offheight = size
+    quality = model.vis.quality
+    quality.shadowsize = min(quality.shadowsize, LARGEST_SHADOW)
+    quality.numslices, quality.numstacks = SLICES, SLICES // 2
+    return model

@@ -1,0 +1,118 @@
+"""Laws, references and disturbances from a user's own Python file."""
+
+import hashlib
+import importlib.util
+import sys
+from collections.abc import Mapping
+from functools import cache
+from pathlib import Path
+from types import ModuleType
+from typing import TYPE_CHECKING, NamedTuple
+
+from spherical_wrist.errors import UnknownNameError, one_line
+
+if TYPE_CHECKING:
+    from spherical_wrist.parameters import Member
+
+
+class UserFile(NamedTuple):
+    """A user's file as it was loaded.
+
+    Attributes:
+        module: what it defines.
+        files: the file and the modules of its own folder that came in with it, as they were read then.
+    """
+
+    module: ModuleType
+    files: Mapping[Path, bytes]
+
+
+def member_from_file(address: str, family: "type[Member]") -> "type[Member]":
+    """The member of a family that ``path/to/file.py:Name`` stands for.
+
+    Args:
+        address: file and name; the name is that of the class, or the same in snake case.
+        family: such as ``Law``, the class that the members derive from.
+
+    Raises:
+        WristError: of the family's kind: there is no such file, running it raises, or it defines no member.
+        UnknownNameError: it defines none of that name; the message has those that it does.
+    """
+    kind = family.kind
+    file, _, name = address.rpartition(":")
+    path = Path(file).expanduser().resolve()
+    if not path.is_file():
+        raise family.fault(f"{kind} {address!r}: no such file {file!r}; give path/to/file.py:Name")
+    try:
+        loaded = _loaded(path, path.read_bytes())
+    except _FileError as error:
+        raise family.fault(f"{kind} file {str(path)!r}{error}") from None
+    except OSError as error:
+        raise family.fault(f"{kind} file {str(path)!r} cannot be read: {error.strerror or error}") from None
+    members = {
+        member.__name__: member
+        for member in vars(loaded.module).values()
+        if isinstance(member, type) and issubclass(member, family) and member.__module__ == loaded.module.__name__
+    }
+    if not members:
+        raise family.fault(f"{kind} {address!r}: the file defines no subclass of {_import_path(family)}")
+    for member in members.values():
+        if name in (member.__name__, member.name):
+            member.address, member.files = f"{path}:{member.__name__}", loaded.files
+            return member
+    raise UnknownNameError(kind, name, members, f" in {file}")
+
+
+class _FileError(Exception):
+    """What is wrong with a file, in words that follow its name."""
+
+
+_helpers: set[str] = set()
+"""Modules that the last file imported from its own folder; the next one's may have the same names."""
+
+
+@cache
+def _loaded(path: Path, content: bytes) -> UserFile:
+    """The file as a module; the content is part of the key, so that an edited file is loaded anew.
+
+    Raises:
+        _FileError: it is no Python file, or raises.
+    """
+    # the name must be the same in every process: compiled code that is cached on disk refers to it
+    name = f"user_law_{hashlib.sha256(content).hexdigest()[:16]}"
+    spec = importlib.util.spec_from_file_location(name, path)
+    if spec is None or spec.loader is None:
+        raise _FileError(" is not a Python file")
+    for helper in _helpers:
+        sys.modules.pop(helper, None)
+    before = set(sys.modules)
+    module = sys.modules[name] = importlib.util.module_from_spec(spec)
+    sys.path.insert(0, str(path.parent))  # its own helpers, as if it were run as a script
+    files = {path: content}
+    try:
+        spec.loader.exec_module(module)
+    except Exception as error:  # a user's file may raise anything
+        del sys.modules[name]
+        where = f", line {error.lineno}" if isinstance(error, SyntaxError) else ""
+        raise _FileError(f"{where}: {type(error).__name__}: {one_line(error)}") from None
+    finally:
+        sys.path.remove(str(path.parent))
+        for each in set(sys.modules) - before - {name}:
+            if helper_file := _file_in(sys.modules[each], path.parent):
+                _helpers.add(each)
+                files[helper_file] = helper_file.read_bytes()
+    return UserFile(module, files)
+
+
+def _import_path(family: type) -> str:
+    """Where a class is best imported from: the package that offers it, else its own module."""
+    package = family.__module__.rpartition(".")[0]
+    offered = getattr(sys.modules.get(package), family.__name__, None) is family
+    return f"{package if offered else family.__module__}.{family.__name__}"
+
+
+def _file_in(module: ModuleType, folder: Path) -> Path | None:
+    """The file of a module that lies in a folder of the user's; None of others."""
+    file = Path(getattr(module, "__file__", None) or "").resolve()
+    own = file.suffix == ".py" and file.is_relative_to(folder) and not file.is_relative_to(Path(sys.prefix).resolve())
+    return file if own else None
