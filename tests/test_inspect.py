@@ -126,7 +126,7 @@ def test_the_view_of_an_axis_cuts_off_only_what_would_squeeze_the_rest():
 
 def test_figures_are_as_print_has_them():
     assert [figure(value) for value in (None, 0.0, 0.0123, 4.676e-4, 1e-7, -2.5e6)] == [
-        "—", "0", "0.0123", "4.68·10⁻⁴", "10⁻⁷", "-2.5·10⁶",
+        "—", "0", "0.0123", "4.68·10⁻⁴", "10⁻⁷", "−2.5·10⁶",
     ]  # fmt: skip
 
 

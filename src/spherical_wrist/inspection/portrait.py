@@ -31,6 +31,7 @@ def portrait(panel: Axes, run: Run, axis: int) -> None:
     text = _surface(panel, run, axis)
     letter = "xyz"[axis]
     panel.set(xlabel=f"$e_{letter}$ [rad]", ylabel=rf"$\dot e_{letter}$ [rad/s]")
+    panel.locator_params(axis="x", nbins=6)
     name(panel, f"Phase portrait, {letter}", text)
     if cut:
         reach_e, reach_rate = (figure(float(np.nanmax(np.abs(values)))) for values in (e, rate))
