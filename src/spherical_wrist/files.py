@@ -49,7 +49,7 @@ def replacing(path: Path, what: str = "recording") -> Iterator[Path]:
         what: what to call it where it cannot be written.
 
     Yields:
-        The hidden file, for the caller to make and to fill. It is gone where an exception comes out of the block.
+        The hidden file, empty. It is gone where an exception comes out of the block.
 
     Raises:
         RecordingError: the file cannot be written; nothing is left behind.
@@ -58,6 +58,7 @@ def replacing(path: Path, what: str = "recording") -> Iterator[Path]:
     part = target.with_name(f".{secrets.token_hex(8)}.part")
     try:
         _check_kind(path, target, what)
+        os.close(os.open(part, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, 0o666))  # what forbids it shows now
         yield part
         _sync(part)
         part.replace(target)
@@ -78,7 +79,7 @@ def _check_kind(path: Path, target: Path, what: str) -> None:
 
 
 def _fill(path: Path, content: bytes) -> None:
-    descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, 0o666)
+    descriptor = os.open(path, os.O_WRONLY | os.O_CLOEXEC)
     try:
         rest = memoryview(content)
         while rest:
