@@ -234,20 +234,16 @@ def test_the_tool_is_where_the_attitude_says(loose):
                 assert picture[line, column].min() > 150  # backdrop
 
 
-def test_trails_are_the_last_second_and_a_half(exact):
-    size = (640, 360)
-    (picture,) = pictures(exact, [1.9], size=size, ghost=False)
-    trail = like(picture, ACTUAL, 40)
-    seen = [nearest(trail, projected(exact.tip[row_at(exact, instant)], size)[0]) for instant in (1.5, 1.7, 1.85)]
-    assert max(seen) < 3.0
-    shown = (exact.time > 0.39) & (exact.time <= 1.9)
-    path = projected(exact.tip[shown], size)
-    low = trail[trail[:, 1] > 250]  # below the housing and its copper
-    low = low[low[:, 0] > 220]  # and beside the caption
-    assert len(low) > 100
-    tool = projected(Rotation.from_quat(exact.attitude[row_at(exact, 1.9)], scalar_first=True).apply(SHAFT), size)[0]
-    for pixel in low:
-        assert nearest(path, pixel) < 4.0 or np.linalg.norm(pixel - tool) < 60.0
+def test_trails_are_the_last_second_and_a_half_and_fade(exact):
+    size, now = (1280, 720), 1.95
+    (picture,) = pictures(exact, [now], size=size, ghost=False)
+    drop = {}
+    for age in (0.6, 1.0, 1.2, 1.4, 1.55, 1.6):  # where the trail does not cross itself
+        column, line = projected(exact.tip[row_at(exact, now - age)], size)[0].astype(int)
+        blue = picture[..., 2]  # of which the trail has little and the backdrop much
+        drop[age] = blue[line - 14, column] - blue[line - 2 : line + 3, column - 2 : column + 3].min()
+    assert drop[0.6] > drop[1.0] + 20 > drop[1.2] + 40 > drop[1.4] + 55 > 70
+    assert max(drop[1.55], drop[1.6]) < 5
 
 
 def test_the_ghost_is_seen_where_there_is_an_error_and_only_there(loose, exact):
