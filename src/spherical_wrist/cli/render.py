@@ -1,9 +1,6 @@
 """``wrist render``: a recording to a film or to a still picture."""
 
-import signal
-import sys
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -11,6 +8,7 @@ from rich.text import Text
 
 from spherical_wrist.cli.output import print_json, printer
 from spherical_wrist.cli.progress import counting
+from spherical_wrist.cli.signals import Stopped, stopping
 from spherical_wrist.errors import ParameterError
 from spherical_wrist.experiment.recordings import load_recording
 from spherical_wrist.film import Film, Shot, render_film, render_picture
@@ -37,8 +35,8 @@ class RenderOptions(NamedTuple):
     json: bool
 
 
-def render_recording(path: Path, shot: Mapping[str, Any], options: RenderOptions) -> None:
-    """Renders and reports.
+def render_recording(path: Path, shot: Mapping[str, Any], options: RenderOptions) -> int:
+    """Renders and reports; returns the exit code.
 
     Args:
         path: recording.
@@ -50,30 +48,25 @@ def render_recording(path: Path, shot: Mapping[str, Any], options: RenderOptions
     """
     if options.picture is None and options.at is not None:
         raise ParameterError("--at is the time of a still picture: give --frame FILE.png too, or --from and --to")
-    with _terminated():
-        if options.picture is None:
-            film = path.with_suffix(".mp4") if options.film is None else options.film
-            with counting("rendering") as progress:
-                made = render_film(load_recording(path), film, Shot(**shot, ghost=options.ghost), progress)
-        else:
-            given = [option for name, option in FOR_FILMS.items() if name in shot] + ["-o"] * bool(options.film)
-            if given:
-                raise ParameterError(f"{given[0]} is for films, and --frame makes a still picture: leave one out")
-            made = render_picture(load_recording(path), options.picture, options.at, Shot(**shot, ghost=options.ghost))
+    given = [option for name, option in FOR_FILMS.items() if name in shot] + ["-o"] * bool(options.film)
+    if options.picture is not None and given:
+        raise ParameterError(f"{given[0]} is for films, and --frame makes a still picture: leave one out")
+    how = Shot(**shot, ghost=options.ghost)
+    try:
+        with stopping():
+            if options.picture is None:
+                film = path.with_suffix(".mp4") if options.film is None else options.film
+                with counting("rendering") as progress:
+                    made = render_film(load_recording(path), film, how, progress)
+            else:
+                made = render_picture(load_recording(path), options.picture, options.at, how)
+    except Stopped as stopped:
+        return 128 + stopped.number
     if options.json:
         print_json(_told(made, path))
     else:
         _print(made, shot.get("fps"))
-
-
-@contextmanager
-def _terminated() -> Iterator[None]:
-    """Lets SIGTERM end the process as Ctrl-C does, so that no half of a film is left behind."""
-    before = signal.signal(signal.SIGTERM, lambda number, _: sys.exit(128 + number))
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGTERM, before)
+    return 0
 
 
 def _told(made: Film, recording: Path) -> dict[str, Any]:

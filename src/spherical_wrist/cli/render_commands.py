@@ -1,5 +1,6 @@
 """The command that films runs, and its options."""
 
+import os
 from pathlib import Path
 from typing import Annotated
 
@@ -33,7 +34,7 @@ def render(
         Option("--at", metavar="SECONDS", help="time of the still picture [that of the largest tip error]"),
     ] = None,
     json: Annotated[bool, Option("--json", help="print one JSON object and nothing else")] = False,
-) -> None:
+) -> int:
     """Film a recorded run, rendered by MuJoCo; no screen is needed.
 
     The wrist as it moved, the desired attitude as a green ghost, and where the tool tip was (orange) and was to be
@@ -47,8 +48,25 @@ def render(
 
     Exit code: 0 rendered, 2 wrong input, 130 or 143 stopped by a signal (no film is left).
     """
+    _import_mujoco()
     from spherical_wrist.cli.render import RenderOptions, render_recording
 
     shot = {"speed": speed, "fps": fps, "size": size, "start": from_, "end": to, "camera": camera}
     options = RenderOptions(output, frame, at, not no_ghost, json)
-    render_recording(recording, {name: value for name, value in shot.items() if value is not None}, options)
+    return render_recording(recording, {name: value for name, value in shot.items() if value is not None}, options)
+
+
+def _import_mujoco() -> None:
+    """Imports mujoco without OpenGL: it would load what MUJOCO_GL names, and break where that is not there.
+
+    What is rendered with is chosen later, and what it lacks then said in one line.
+    """
+    wanted = os.environ.get("MUJOCO_GL")
+    os.environ["MUJOCO_GL"] = "off"
+    try:
+        import mujoco  # noqa: F401
+    finally:
+        if wanted is None:
+            del os.environ["MUJOCO_GL"]
+        else:
+            os.environ["MUJOCO_GL"] = wanted

@@ -9,7 +9,7 @@ import numpy as np
 from PIL import Image, ImageDraw
 from PIL.ImageFont import FreeTypeFont, truetype
 
-from spherical_wrist.film.stage import Picture
+from spherical_wrist.film.opengl import Picture
 
 Colour = tuple[int, int, int]
 

@@ -8,8 +8,9 @@ from spherical_wrist.experiment.run import Run
 from spherical_wrist.film.camera import usual_camera
 from spherical_wrist.film.caption import Caption, Colour, Style
 from spherical_wrist.film.motion import Array, Motion
+from spherical_wrist.film.opengl import Picture
 from spherical_wrist.film.shot import Shot
-from spherical_wrist.film.stage import Picture, Stage, Trail
+from spherical_wrist.film.stage import Stage, Trail
 from spherical_wrist.kinematics import tip_position
 from spherical_wrist.wrist import Wrist
 

@@ -12,7 +12,7 @@ from PIL import Image
 from PIL.GifImagePlugin import getdata
 
 from spherical_wrist.errors import ParameterError
-from spherical_wrist.film.stage import Picture
+from spherical_wrist.film.opengl import Picture
 
 USUAL_FPS = 20.0
 

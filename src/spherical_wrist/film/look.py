@@ -10,7 +10,7 @@ BRIGHT, DARK = (0.93, 0.95, 0.97), (0.62, 0.67, 0.73)
 AMBIENT, DIFFUSE = 0.35, 0.55
 """Headlight of a model that has no light of its own; MuJoCo's would leave it in the dark."""
 
-LARGEST_SHADOW, SLICES = 2048, 48
+LARGEST_SHADOW, SLICES, STACKS = 2048, 48, 16
 """Of a shadow map, and of what is round. Finer is hardly to be seen, but takes a software renderer twice as long."""
 
 
@@ -30,5 +30,5 @@ def dressed(wrist: Wrist, size: tuple[int, int]) -> mujoco.MjModel:
     model.vis.global_.offwidth, model.vis.global_.offheight = size
     quality = model.vis.quality
     quality.shadowsize = min(quality.shadowsize, LARGEST_SHADOW)
-    quality.numslices, quality.numstacks = SLICES, SLICES // 2
+    quality.numslices, quality.numstacks = SLICES, STACKS
     return model

@@ -6,7 +6,7 @@ from typing import Any, Self
 
 from spherical_wrist.errors import ParameterError
 from spherical_wrist.film.errors import FilmError
-from spherical_wrist.film.stage import Picture
+from spherical_wrist.film.opengl import Picture
 
 USUAL_FPS = 30.0
 

@@ -8,16 +8,12 @@ import mujoco
 import numpy as np
 import numpy.typing as npt
 
-from spherical_wrist.errors import one_line
 from spherical_wrist.film.camera import find_camera, widen
-from spherical_wrist.film.errors import FilmError
 from spherical_wrist.film.look import dressed
-from spherical_wrist.film.opengl import open_context
+from spherical_wrist.film.opengl import Picture, Renderer
 from spherical_wrist.wrist import Wrist
 
 Array = npt.NDArray[np.float64]
-Picture = npt.NDArray[np.uint8]
-"""Rows from the top, columns, and red, green, blue."""
 
 GEOM, CATEGORY = mujoco.mjtGeom, mujoco.mjtCatBit
 
@@ -78,16 +74,7 @@ class Stage:
         self._ghost_model = _painted(self._model, ghost_rgb) if ghost_rgb else None
         room = 4 * self._model.ngeom + 4000
         self._scene = mujoco.MjvScene(self._model, maxgeom=room)
-        self._gl = open_context(*size)
-        try:
-            self._renderer = mujoco.MjrContext(self._model, mujoco.mjtFontScale.mjFONTSCALE_100)
-            mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._renderer)
-        except (mujoco.FatalError, mujoco.UnexpectedError) as error:
-            self._gl.free()
-            wide, high = size
-            raise FilmError(
-                f"OpenGL cannot render pictures of {wide}x{high} here: {one_line(error)}; try a smaller size"
-            ) from None
+        self._renderer = Renderer(self._model, size)
 
     def __enter__(self) -> Self:
         """The stage itself."""
@@ -95,9 +82,7 @@ class Stage:
 
     def __exit__(self, *_: object) -> None:
         """Frees what OpenGL holds."""
-        self._gl.make_current()
-        self._renderer.free()
-        self._gl.free()
+        self._renderer.close()
 
     def picture(self, attitude: Array, desired_attitude: Array, trails: Sequence[Trail] = ()) -> Picture:
         """Renders the wrist.
@@ -124,11 +109,7 @@ class Stage:
             _add_trail(scene, trail, LINE * high)
             if trail.behind:
                 self._move_behind(first)
-        self._gl.make_current()
-        view, pixels = mujoco.MjrRect(0, 0, wide, high), np.empty((high, wide, 3), np.uint8)
-        mujoco.mjr_render(view, scene, self._renderer)
-        mujoco.mjr_readPixels(pixels, None, view, self._renderer)
-        return np.ascontiguousarray(pixels[::-1])  # OpenGL's rows begin at the bottom
+        return self._renderer.picture(scene)
 
     def _place(self, attitude: Array) -> None:
         """Poses only, no dynamics."""
