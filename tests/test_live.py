@@ -111,12 +111,15 @@ def test_live_or_not_the_command_leaves_the_same_recording(listening, tmp_path, 
 # --- what arrives ----------------------------------------------------------------------------------------------------
 
 
-def curves(path, entity, component="Scalars:scalars"):
-    """What is recorded of an entity, in the order of time."""
+def curves(path, entity, component="Scalars:scalars", depth=1):
+    """What is recorded of an entity, in the order of time, in one flat array."""
     batches = [chunk.to_record_batch() for chunk in rr.chunk.RrdReader(path).stream() if chunk.entity_path == entity]
     timed = [batch for batch in batches if batch.schema.get_field_index("sim_time") >= 0]
     timed.sort(key=lambda batch: batch.column("sim_time")[0].value)
-    return np.concatenate([batch.column(component).flatten().to_numpy(zero_copy_only=False) for batch in timed])
+    columns = [batch.column(component) for batch in timed if batch.schema.get_field_index(component) >= 0]
+    for _ in range(depth):
+        columns = [column.flatten() for column in columns]
+    return np.concatenate([column.to_numpy(zero_copy_only=False) for column in columns])
 
 
 @NO_FOOTER
@@ -126,7 +129,12 @@ def test_every_row_arrives_and_so_does_how_it_ended(tmp_path):
     with rerun_process(["--save", str(saved), "--port", str(port)]) as server:
         wait_for(lambda: is_listening(port))
         with live_view(RUN, Address(port=port)) as view:
-            run = simulate(RUN, watch=view.show)
+
+            def watch(series):
+                view.show(series)
+                wait_for(lambda: view._taken == view._given)  # piece by piece
+
+            run = simulate(RUN, watch=watch)
             assert close_view(view, run) == ""
         server.process.send_signal(signal.SIGINT)
         server.process.wait(20)
@@ -134,6 +142,9 @@ def test_every_row_arrives_and_so_does_how_it_ended(tmp_path):
         assert curves(saved, f"/plots/{name}").tobytes() == getattr(run, name).tobytes()
     turns = curves(saved, "/world/wrist", "Transform3D:quaternion")
     assert len(turns) == len(run) // 10  # as many as in a file, one each 10 ms
+    trail = curves(saved, "/world/tip/actual", "LineStrips3D:strips", depth=3).reshape(-1, 2, 3)
+    assert trail[:, 1].tobytes() == run.tip[::10].astype(np.float32).tobytes()
+    assert trail[1:, 0].tobytes() == trail[:-1, 1].tobytes()  # each goes on where the one before ended
     texts = [chunk for chunk in rr.chunk.RrdReader(saved).stream() if chunk.entity_path == "/summary/metrics"]
     said = [chunk.to_record_batch().column("TextDocument:text")[0].as_py()[0] for chunk in texts]
     assert any("simulating" in text for text in said)
