@@ -28,11 +28,16 @@ def opengl() -> None:
 
 
 def chromium() -> None:
-    """Chromium, its driver, and selenium, which speaks to it."""
+    """Chromium, its driver, and selenium, which speaks to it; :func:`program` says where the two are."""
     if not (shutil.which("chromium") and shutil.which("chromedriver")):
         _missing("no Chromium: apt-get install chromium chromium-driver")
     if importlib.util.find_spec("selenium") is None:
         _missing("no selenium: it is in the dependency group 'test'")
+
+
+def program(name: str) -> str:
+    """Where a program is that a test needs, after it was asked for."""
+    return shutil.which(name) or name
 
 
 def _missing(reason: str) -> NoReturn:

@@ -52,7 +52,8 @@ def settings(context: Context, incomplete: str) -> Offer:
         name = given.get(_OPTIONS.get(part, ""))
         if part in ("sensing", "actuation"):
             name = HARDWARE.get(given.get("hardware") or "", {}).get(part)
-        member = name if name in family.members else _STANDARD[part]
+        name = name[-1] if isinstance(name, list) and name else name  # of several laws, the last
+        member = name if isinstance(name, str) and name in family.members else _STANDARD[part]
         found += [f"{part}.{parameter}={default}" for parameter, default in family.defaults(member).items()]
     return _offer(((each, "") for each in found), incomplete)
 

@@ -5,6 +5,7 @@ from typing import Annotated
 
 import typer
 
+from spherical_wrist.cli import completion
 from spherical_wrist.cli.app import Option, app
 
 Experiment = Annotated[
@@ -16,11 +17,17 @@ Laws = Annotated[
         "--law",
         metavar="LAW",
         help="'NAME', 'NAME PARAMETER=VALUE ...', path/to/file.py:Name, or an experiment file; may be repeated [all]",
+        autocompletion=completion.laws,
     ),
 ]
 Settings = Annotated[
     list[str] | None,
-    Option("--set", metavar="NAME=VALUE", help="any parameter, in every run; may be repeated (see wrist list)"),
+    Option(
+        "--set",
+        metavar="NAME=VALUE",
+        help="any parameter, in every run; may be repeated (see wrist list)",
+        autocompletion=completion.settings,
+    ),
 ]
 Duration = Annotated[float | None, Option(metavar="SECONDS", help="simulated time of every run [10]")]
 Seed = Annotated[int | None, Option(help="seed of everything random [0]")]

@@ -6,6 +6,7 @@ from typing import Annotated
 
 import typer
 
+from spherical_wrist.cli import completion
 from spherical_wrist.cli.app import Option, app
 
 
@@ -21,7 +22,9 @@ def tune(
     law: Annotated[
         str,
         typer.Argument(
-            metavar="LAW", help="'NAME', 'NAME PARAMETER=VALUE ...', path/to/file.py:Name, or an experiment file"
+            metavar="LAW",
+            help="'NAME', 'NAME PARAMETER=VALUE ...', path/to/file.py:Name, or an experiment file",
+            autocompletion=completion.laws,
         ),
     ],
     case: Annotated[
@@ -44,7 +47,12 @@ def tune(
     sampler: Annotated[Sampler, Option(help="how gains are proposed")] = Sampler.NSGA2,
     set_: Annotated[
         list[str] | None,
-        Option("--set", metavar="NAME=VALUE", help="any parameter, in every run; may be repeated (see wrist list)"),
+        Option(
+            "--set",
+            metavar="NAME=VALUE",
+            help="any parameter, in every run; may be repeated (see wrist list)",
+            autocompletion=completion.settings,
+        ),
     ] = None,
     duration: Annotated[float | None, Option(metavar="SECONDS", help="simulated time of every run [10]")] = None,
     seed: Annotated[int | None, Option(help="seed of everything random [0]")] = None,

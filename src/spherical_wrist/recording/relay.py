@@ -18,6 +18,7 @@ import numpy as np
 import numpy.typing as npt
 import rerun as rr
 
+from spherical_wrist.errors import RecordingError
 from spherical_wrist.recording import summary
 from spherical_wrist.recording.blueprint import blueprint
 from spherical_wrist.recording.contents import arrays_of
@@ -86,6 +87,8 @@ class Relay:
     def __init__(self, opening: Opening) -> None:
         self._opening, self._parent = opening, os.getppid()
         self._stream = rr.RecordingStream(APPLICATION)
+        if not rr.is_enabled(self._stream):
+            raise RecordingError("the environment switches Rerun off: unset the variable RERUN")
         self._stream.connect_grpc(opening.url)
         self._first: dict[str, npt.NDArray[np.float64]] = {}
         self._last: Series | None = None
