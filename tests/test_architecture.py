@@ -25,12 +25,12 @@ LEVELS = (
     {"cli"},
 )
 LEVEL = {room: level for level, rooms in enumerate(LEVELS) for room in rooms}
-COMMANDS = ("guide", "replay", "study", "campaign", "tuning", "report", "render", "view")
+COMMANDS = ("guide", "inspect", "replay", "study", "campaign", "tuning", "report", "render", "view")
 KEPT = {
     "numba": {"simulation/compiler.py"},
     "llvmlite": {"simulation/compiler.py"},
     "ctypes": {"libmujoco.py", "recording/leash.py"},
-    "pyarrow": {"reference/recorded_file.py", "campaign/store.py"},
+    "pyarrow": {"reference/recorded_file.py", "campaign/store.py", "inspection/export.py"},
     "duckdb": {"campaign/store.py", "report/table.py"},
     "dask": {"campaign/cluster.py"},
     "distributed": {"campaign/cluster.py"},
@@ -40,7 +40,8 @@ KEPT = {
     "av": {"film/mp4.py"},
     "PIL": {"film/caption.py", "film/film.py", "film/gif.py"},
     "matplotlib": {"fuzzy/picture.py", "paper/figures.py", "comparison/picture.py", "comparison/frontier_picture.py"}
-    | {"tuning/picture.py", "report/pictures.py", "film/caption.py"},
+    | {"tuning/picture.py", "report/pictures.py", "film/caption.py"}
+    | {f"inspection/{each}.py" for each in ("drawing", "panels", "portrait", "picture", "difference_picture")},
 }
 FILES = sorted(path for path in ROOT.rglob("*.py") if path != ROOT / "__init__.py")
 

@@ -10,7 +10,7 @@ import os
 import re
 import secrets
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from typing import NamedTuple
@@ -36,14 +36,14 @@ LEFT_AFTER = 600.0
 """Age [s] from which a hidden file counts as left behind: nobody writes that long."""
 
 
-def write_whole(path: Path, content: bytes, what: str = "recording") -> None:
+def write_whole(path: Path, content: bytes | Iterable[bytes], what: str = "recording") -> None:
     """Writes a file so that ``path`` holds either all of ``content`` or what it held before.
 
     Where the path is a symbolic link, the file that it points to is replaced; other hard links keep what they had.
 
     Args:
         path: the file.
-        content: all of it.
+        content: all of it, or its pieces one after the other, of which only one need be in memory at a time.
         what: what to call it where it cannot be written.
 
     Raises:
@@ -52,7 +52,7 @@ def write_whole(path: Path, content: bytes, what: str = "recording") -> None:
     write_together({path: content}, what)
 
 
-def write_together(contents: Mapping[Path, bytes], what: str = "file") -> None:
+def write_together(contents: Mapping[Path, bytes | Iterable[bytes]], what: str = "file") -> None:
     """Writes files as :func:`write_whole` does, but names none before all of them are on the disk.
 
     So where there is no room for all, what was there before still fits together.
@@ -146,11 +146,12 @@ class _Draft(NamedTuple):
         """Where it can be opened."""
         return _opened(self.descriptor) if self.nameless else self.hidden
 
-    def fill(self, content: bytes) -> None:
+    def fill(self, content: bytes | Iterable[bytes]) -> None:
         """Brings all of the content to the disk."""
-        rest = memoryview(content)
-        while rest:
-            rest = rest[os.write(self.descriptor, rest) :]
+        for piece in (content,) if isinstance(content, bytes) else content:
+            rest = memoryview(piece)
+            while rest:
+                rest = rest[os.write(self.descriptor, rest) :]
         os.fsync(self.descriptor)
 
     def become(self, target: Path) -> None:

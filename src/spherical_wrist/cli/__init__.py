@@ -44,6 +44,7 @@ def _command() -> Any:
     from spherical_wrist.cli import (  # noqa: F401 their commands join those of app
         campaign_commands,
         guide_commands,
+        inspect_commands,
         render_commands,
         replay_commands,
         report_commands,

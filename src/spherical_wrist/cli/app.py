@@ -133,20 +133,6 @@ def run(
     return run_experiment(experiment, changes, set_ or [], options)
 
 
-@app.command()
-def inspect(
-    recording: Annotated[
-        Path,
-        typer.Argument(metavar="FILE.rrd", help="recording made by wrist run", autocompletion=completion.recordings),
-    ],
-    json: Annotated[bool, Option("--json", help="print one JSON object and nothing else")] = False,
-) -> None:
-    """Show what was run, with which versions, and check the stored metrics against the recorded series."""
-    from spherical_wrist.cli.inspect import inspect_recording
-
-    inspect_recording(recording, json)
-
-
 @app.command(name="list")
 def list_(
     json: Annotated[bool, Option("--json", help="print one JSON object and nothing else")] = False,

@@ -133,18 +133,6 @@ def thinning(run: Run) -> str:
     return f" (1 in {run.every} control instants)" if run.every > 1 else ""
 
 
-def parts(run: Run) -> Table:
-    """Law, reference, disturbance, sensors and motors with all their parameters."""
-    table = Table(show_header=False, box=None, padding=(0, 1), pad_edge=False)
-    for part in ("law", "reference", "disturbance", "sensing", "actuation"):
-        told = run.description[part]
-        if told == IDEAL.get(part):
-            continue
-        values = (f"{name} = {value}" for name, value in told.items() if name != "name" and value is not None)
-        table.add_row(Text(part, "dim"), f"{name_of(told)}: {', '.join(values)}")
-    return table
-
-
 def footnote(run: Run) -> str:
     """Where the figures come from, and how fast they came."""
     window = f"figures over t ≥ {run.measurement.steady_from:g} s"

@@ -7,10 +7,9 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from rich.console import Console
 from rich.text import Text
 
-from spherical_wrist.cli.output import print_json
+from spherical_wrist.cli.output import print_json, printer
 from spherical_wrist.cli.progress import counting
 from spherical_wrist.errors import ParameterError
 from spherical_wrist.experiment.recordings import load_recording
@@ -95,7 +94,7 @@ def _told(made: Film, recording: Path) -> dict[str, Any]:
 
 
 def _print(made: Film, fps: float | None) -> None:
-    console = Console(highlight=False)
+    console = printer()
     wide, high = made.size
     size = made.path.stat().st_size
     shown = f"{size / 1e6:.1f} MB" if size >= 1e6 else f"{size / 1e3:.0f} kB"

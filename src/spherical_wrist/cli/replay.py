@@ -3,11 +3,10 @@
 from pathlib import Path
 from typing import Any
 
-from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from spherical_wrist.cli.output import headline, number, print_json, thinning
+from spherical_wrist.cli.output import headline, number, print_json, printer, thinning
 from spherical_wrist.cli.signals import noted
 from spherical_wrist.experiment.recordings import load_recording
 from spherical_wrist.inspection.difference import ArrayDifference, Place
@@ -74,7 +73,7 @@ def _array_summary(array: ArrayDifference) -> dict[str, Any]:
 
 
 def _print(found: Replay, path: Path) -> None:
-    console, series = Console(highlight=False), found.series
+    console, series = printer(), found.series
     console.print(Text.assemble((str(path), "bold"), f"  {series.rows[0]} samples", thinning(found.recorded)))
     console.print(headline(found.recorded))
     if found.identical:

@@ -10,21 +10,16 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from spherical_wrist.inspection.columns import INFO
 from spherical_wrist.inspection.instants import Common, common_instants
-from spherical_wrist.simulation.series import COLUMNS, EXTRAS, Series
+from spherical_wrist.simulation.series import Series
 
 Array = npt.NDArray[np.float64]
 Flags = npt.NDArray[np.bool_]
 
 ATTITUDES = ("attitude", "desired_attitude", "measured_attitude")
-UNITS = {
-    **{name: str(info["unit"]) for name, info in COLUMNS.items()},
-    **dict.fromkeys(ATTITUDES, "rad"),
-    "measured_rate": "rad/s",
-    "commanded_torque": "N·m",
-    "current": "A",
-}
-"""Unit of the difference of every array that has one."""
+UNITS = {**{name: unit for name, (unit, _, _) in INFO.items()}, **dict.fromkeys(ATTITUDES, "rad")}
+"""Unit of the difference of every array."""
 
 
 class Place(NamedTuple):
@@ -125,7 +120,7 @@ def difference(a: Series, b: Series, tolerance: float = 0.0) -> Difference:
     common = common_instants(a.time, b.time)
     time = a.time[common.rows_a]
     arrays_a, arrays_b = a.arrays(), b.arrays()
-    found = (_compare(name, arrays_a[name], arrays_b[name], common, time, tolerance) for name in (*COLUMNS, *EXTRAS))
+    found = (_compare(name, arrays_a[name], arrays_b[name], common, time, tolerance) for name in INFO)
     return Difference(
         tolerance=tolerance,
         rows=(len(a), len(b)),
@@ -171,7 +166,7 @@ def _bits_differ(a: Array, b: Array) -> Flags:
 
 
 def _compare(name: str, a: Array, b: Array, common: Common, time: Array, tolerance: float) -> ArrayDifference:
-    unit, components = UNITS.get(name, ""), (_components(a), _components(b))
+    unit, components = UNITS[name], (_components(a), _components(b))
     if components[0] != components[1] or not common.instants or not components[0]:
         return ArrayDifference(name, unit, components)
     a, b = a[common.rows_a], b[common.rows_b]

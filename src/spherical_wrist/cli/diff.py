@@ -1,0 +1,157 @@
+"""``wrist diff``: how two runs differ."""
+
+from collections.abc import Iterator
+from math import inf
+from pathlib import Path
+
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from spherical_wrist.cli.output import LABELS, headline, number, print_json, printer, thinning
+from spherical_wrist.cli.parameters_table import written
+from spherical_wrist.cli.tables import Entry, fitted
+from spherical_wrist.errors import ParameterError
+from spherical_wrist.experiment.recordings import load_recording
+from spherical_wrist.experiment.run import Run
+from spherical_wrist.files import check_writable, write_together
+from spherical_wrist.inspection.difference import ArrayDifference, Difference
+from spherical_wrist.inspection.formats import IMAGES, check_suffix
+from spherical_wrist.inspection.run_difference import Figure, RunDifference, run_difference, told
+
+DIFFERENT = 1
+
+
+def diff_recordings(path_a: Path, path_b: Path, tolerance: float, plots: list[Path], as_json: bool) -> int:
+    """Compares, prints and draws; returns the exit code.
+
+    Raises:
+        RecordingError: a file is no recording of this package, or a picture cannot be written.
+        ParameterError: the tolerance is not one, or a picture has another suffix.
+    """
+    if not 0.0 <= tolerance < inf:
+        raise ParameterError(f"--tolerance {tolerance:g}: a number of 0 or more is needed, such as 1e-9")
+    for plot in plots:
+        check_suffix(plot, "picture", IMAGES)
+        check_writable(plot, "picture")
+    a, b = load_recording(path_a), load_recording(path_b)
+    found = run_difference(a, b, tolerance)
+    if plots:
+        from spherical_wrist.inspection.difference_picture import difference_picture
+        from spherical_wrist.inspection.drawing import as_image
+
+        drawing = difference_picture(a, b, found.series, (path_a.name, path_b.name))
+        write_together({plot: as_image(drawing, plot) for plot in plots}, "picture")
+    if as_json:
+        print_json({"a": str(path_a), "b": str(path_b), "plots": [str(plot) for plot in plots], **told(found)})
+    else:
+        _print(found, (a, b), (path_a, path_b), plots)
+    return 0 if found.same else DIFFERENT
+
+
+def _print(found: RunDifference, runs: tuple[Run, Run], paths: tuple[Path, Path], plots: list[Path]) -> None:
+    console = printer()
+    for side, path, run in zip("AB", paths, runs, strict=True):
+        console.print(Text.assemble((side, "bold"), "  ", (str(path), "bold"), f"  {len(run)} samples", thinning(run)))
+        console.print(Text("   ") + headline(run), soft_wrap=True)
+    width = console.width
+    if found.settings:
+        rows: list[list[Entry]] = [[each.name, *map(written, each[2:]), each.unit] for each in found.settings]
+        _columns(console, "Experiment", ["parameter", "A", "B", ""], rows)
+    if found.versions:
+        rows = [[name, *(version or "—" for version in pair)] for name, pair in found.versions.items()]
+        _columns(console, "Versions", ["", "A", "B"], rows)
+    if any(figure.a != figure.b for figure in found.metrics.values()):
+        rows = [_metric(name, figure) for name, figure in found.metrics.items() if figure != (None, None)]
+        console.print(fitted("Metrics", ["", "A", "B", "change", ""], rows, width))
+    series = found.series
+    parted = [array for array in series.arrays if array.first is not None]
+    if parted:
+        headings = ["", "first at\n[s]", "row\nin A", "largest", "at\n[s]", "RMS", ""]
+        console.print(fitted("Series", headings, [_row(array) for array in parted], width))
+    for line in _notes(found):
+        console.print(line)
+    console.print(_verdict(found))
+    for plot in plots:
+        console.print(Text.assemble("picture written to ", (str(plot), "bold")), soft_wrap=True)
+
+
+def _columns(console: Console, title: str, headings: list[str], rows: list[list[Entry]]) -> None:
+    """A table whose values are wrapped where there is no room."""
+    table = Table(
+        title=title, title_justify="left", title_style="bold", box=None, padding=(0, 2, 0, 0), header_style="dim"
+    )
+    for heading in headings:
+        table.add_column(Text(heading), overflow="fold")
+    for row in rows:
+        table.add_row(*(Text(entry) if isinstance(entry, str) else entry for entry in row))
+    console.print(table)
+
+
+def _metric(name: str, figure: Figure) -> list[Entry]:
+    label, unit = LABELS.get(name, (name, ""))
+    change = figure.change
+    if change is None:
+        text = "—"
+    elif abs(change) < 10.0:
+        text = f"{100.0 * change:+.3g} %" if change else "0"
+    else:
+        text = f"× {change + 1.0:.3g}"
+    return [label, number(figure.a), number(figure.b), text, Text(unit, "dim")]
+
+
+def _row(array: ArrayDifference) -> list[Entry]:
+    first, worst = array.first, array.largest_at
+    style = "dim" if array.same else ""
+    texts = [
+        array.name,
+        f"{first.time:.6g}" if first else "—",
+        str(first.row_a) if first else "—",
+        number(array.largest),
+        f"{worst.time:.6g}" if worst else "—",
+        number(array.rms),
+        array.unit,
+    ]
+    return [Text(text, style) for text in texts]
+
+
+def _notes(found: RunDifference) -> Iterator[Text]:
+    """What the tables do not say."""
+    series = found.series
+    for array in series.arrays:
+        if not array.comparable:
+            in_a, in_b = (f"{count} a row" if count else "none" for count in array.components)
+            yield Text(f"{array.name}: {in_a} in A, {in_b} in B", "yellow")
+        if array.undefined:
+            yield Text(f"{array.name}: {array.undefined} rows in which only one of both is a finite number", "yellow")
+    same = [array.name for array in series.arrays if array.comparable and array.first is None]
+    if same and series.common:
+        yield Text(f"bit for bit the same: {', '.join(same)}", "dim")
+    yield from _extent(series)
+
+
+def _extent(series: Difference) -> Iterator[Text]:
+    if series.common_span is None:
+        yield Text("the series have no instant in common", "yellow")
+        return
+    begin, end = series.common_span
+    text = f"compared: {series.common} instants that both have, t = {begin:g} … {end:.6g} s"
+    if not series.whole:
+        ends = ", ".join(f"{side} to {span[1]:.6g} s" for side, span in zip("AB", series.spans, strict=True) if span)
+        text += f"; one goes on where the other has ended ({ends})"
+    yield Text(text, "dim" if series.whole else "yellow")
+
+
+def _verdict(found: RunDifference) -> Text:
+    series = found.series
+    within = f" (within {series.tolerance:g} of each unit)" if series.tolerance else ", bit for bit"
+    if found.same:
+        return Text(f"the same experiment with the same series{within}", "bold green")
+    parts = [f"{len(found.settings)} parameters" if len(found.settings) != 1 else "1 parameter"] * bool(found.settings)
+    parts += ["the outcome"] * (not found.same_outcome)
+    first = series.first
+    if first is not None:
+        parts.append(f"the series, from t = {first.time:.6g} s (row {first.row_a} of A, {first.row_b} of B)")
+    elif not series.same:
+        parts.append("the extent of the series")
+    return Text(f"different: {'; '.join(parts)}", "bold red")

@@ -1,0 +1,130 @@
+"""How the pictures of recordings look, and how they become files; without a screen, and nothing global is touched."""
+
+import io
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+import numpy.typing as npt
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import Locator, LogLocator, MaxNLocator, NullFormatter
+
+from spherical_wrist.inspection.curves import BINS, drawable, telling_rows, view
+from spherical_wrist.inspection.formats import IMAGES, check_suffix
+
+Array = npt.NDArray[np.float64]
+
+AXES = ("#d55e00", "#009e73", "#0072b2")
+"""Of x, y and z: three of the colours that Okabe and Ito chose for every kind of colour vision."""
+INK, MARK, LAYER = "#222222", "#cc79a7", "#f0e442"
+"""Of text, of a run that ended before its time, and of the boundary layer."""
+STYLE: Any = {
+    "font.size": 8.5,
+    "axes.titlesize": 8.5,
+    "axes.grid": True,
+    "grid.alpha": 0.25,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.formatter.limits": (-3, 4),
+    "axes.formatter.useoffset": False,
+    "axes.formatter.use_mathtext": True,
+    "lines.linewidth": 0.9,
+    "legend.frameon": False,
+    "legend.fontsize": 8.0,
+    "svg.hashsalt": "spherical-wrist",
+    "agg.path.chunksize": 20000,
+}
+FEW = 60
+"""Most rows of which every one gets a mark."""
+_RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+
+
+def as_image(drawing: Figure, path: Path) -> bytes:
+    """A drawing as the content of a file: PNG at 200 dots an inch, or SVG that is the same whenever it is made.
+
+    Raises:
+        ParameterError: the name of the file ends in something else.
+    """
+    check_suffix(path, "picture", IMAGES)
+    kind, content = path.suffix.lower().removeprefix("."), io.BytesIO()
+    with mpl.rc_context(STYLE):
+        drawing.savefig(content, format=kind, dpi=200, metadata={"Date": None} if kind == "svg" else None)
+    return content.getvalue()
+
+
+def figure(value: float | None, unit: str = "") -> str:
+    """A number with three digits, as print has it; a dash for none."""
+    if value is None:
+        return "—"
+    if value == 0.0 or 1e-3 <= abs(value) < 1e4:
+        return f"{value:.3g} {unit}".rstrip()
+    digits, _, exponent = f"{value:.2e}".partition("e")
+    factor = "" if float(digits) == 1.0 else f"{float(digits):g}·"
+    return f"{factor}10{str(int(exponent)).translate(_RAISED)} {unit}".rstrip()
+
+
+def line(panel: Axes, time: Array, values: Array, bins: int = BINS, **look: Any) -> None:
+    """One curve over time, of few points that look like all; short ones with a mark at every row."""
+    values = drawable(values)
+    rows = telling_rows(values, bins)
+    marks = {"marker": "o", "markersize": 3.0} if len(time) <= FEW else {}
+    panel.plot(time[rows], values[rows], **{**marks, **look})
+
+
+def lines(panel: Axes, time: Array, vectors: Array, **look: Any) -> None:
+    """Three curves over time, in the colours of the axes; the one that goes furthest behind the others."""
+    curves = list(zip(AXES, drawable(vectors).T, strict=True))
+    for colour, values in sorted(curves, key=lambda curve: _extent(curve[1]), reverse=True):
+        line(panel, time, values, color=colour, **look)
+
+
+def _extent(values: Array) -> float:
+    finite = values[np.isfinite(values)]
+    return float(np.ptp(finite)) if len(finite) else 0.0
+
+
+def fit(panel: Axes, *shown: Array) -> None:
+    """Sets the ends of the vertical axis; where something is beyond them, a note says how far it goes."""
+    values = drawable(np.concatenate([each.ravel() for each in shown]))
+    low, high, cut = view(values)
+    panel.set_ylim(low, high)
+    if cut:
+        note(panel, f"goes from {figure(float(np.nanmin(values)))} to {figure(float(np.nanmax(values)))}")
+
+
+def fit_decades(panel: Axes, sizes: Array, below: float = 0.005) -> None:
+    """Makes the vertical axis logarithmic, where there is something positive to show on it, but for a part below it."""
+    positive = sizes[sizes > 0.0]
+    if not len(positive):
+        return
+    panel.set_yscale("log", nonpositive="mask")
+    largest = float(positive.max())
+    low, high = 0.6 * max(float(np.quantile(positive, below)), 1e-20 * largest), 1.6 * largest
+    panel.set_ylim(low, high)
+    panel.yaxis.set_major_locator(_decades(high / low))
+    panel.yaxis.set_major_formatter(lambda value, _: figure(value))
+    panel.yaxis.set_minor_formatter(NullFormatter())
+
+
+def _decades(ratio: float) -> Locator:
+    """Places of labels on a logarithmic axis, enough of them and not too many, by the ratio of its ends."""
+    if ratio < 5.0:
+        return MaxNLocator(4)
+    steps = {30.0: (1.0, 2.0, 5.0), 300.0: (1.0, 3.0)}
+    return LogLocator(subs=next((subs for limit, subs in steps.items() if ratio < limit), (1.0,)))
+
+
+def note(panel: Axes, text: str) -> None:
+    """A remark at the lower right of a panel."""
+    ground = {"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 1.0}
+    panel.text(
+        0.995, 0.03, text, transform=panel.transAxes, ha="right", va="bottom", fontsize=7.0, color=INK, bbox=ground
+    )
+
+
+def name(panel: Axes, title: str, figures: str = "") -> None:
+    """What a panel shows, at its upper left, and what came out, at its upper right."""
+    panel.set_title(title, loc="left", weight="bold", pad=3.0)
+    panel.set_title(figures, loc="right", pad=3.0, color=INK, fontsize=7.5)
