@@ -20,8 +20,6 @@ FILE = re.compile(r"(?:#|<!--)\s*([\w./]+\.(?:py|toml|xml))\b")
 NOT_RUN = ("wrist view", "wrist render")
 """Commands that need a window or a graphics driver; their own tests run them, and here their options are looked up."""
 
-READY = ("conventions", "law", "hardware", "reference", "disturbance", "wrist")
-
 
 @pytest.fixture
 def wrist(capsys, monkeypatch, tmp_path):
@@ -39,7 +37,7 @@ def wrist(capsys, monkeypatch, tmp_path):
     return command
 
 
-@pytest.mark.parametrize("name", READY)
+@pytest.mark.parametrize("name", NAMES)
 def test_examples_run_in_order(name, wrist, tmp_path, capsys, monkeypatch):
     before = set(sys.modules)
     scope, printed = {"__name__": "guide"}, ""
