@@ -46,15 +46,22 @@ def drawable(values: Array) -> Array:
 
 
 def rotation_vectors(attitudes: Array) -> Array:
-    """The shortest rotation vectors [rad] of attitudes (n, 4), (n, 3); where they jump by half a turn, a gap."""
+    """The shortest rotation vectors [rad] of attitudes (n, 4), (n, 3), with gaps where they jump."""
     with np.errstate(all="ignore"):
         w, v = attitudes[:, :1], attitudes[:, 1:]
         sine = np.sqrt(np.square(v).sum(axis=1, keepdims=True))
         angle = 2.0 * np.arctan2(sine, np.abs(w))
         vectors: Array = np.where(w < 0.0, -v, v) * (angle / np.where(sine > 0.0, sine, 1.0))
+    return with_gaps(vectors)
+
+
+def with_gaps(vectors: Array) -> Array:
+    """A copy of rotation vectors [rad], (n, 3), with a gap where one jumps by more than π: it passed a half turn."""
+    with np.errstate(all="ignore"):
         jumps = np.sqrt(np.square(np.diff(vectors, axis=0)).sum(axis=1)) > np.pi
-    vectors[1:][jumps] = np.nan
-    return vectors
+    kept = vectors.copy()
+    kept[1:][jumps] = np.nan
+    return kept
 
 
 def view(values: Array, squeezed: float = 4.0) -> tuple[float, float, bool]:

@@ -59,9 +59,9 @@ def figure(value: float | None, unit: str = "") -> str:
     if value is None:
         return "—"
     if value == 0.0 or 1e-3 <= abs(value) < 1e4:
-        return f"{value:.3g} {unit}".rstrip()
+        return f"{value:.3g} {unit}".rstrip().replace("-", "−")
     digits, _, exponent = f"{value:.2e}".partition("e")
-    factor = "" if float(digits) == 1.0 else f"{float(digits):g}·"
+    factor = "" if float(digits) == 1.0 else f"{float(digits):g}·".replace("-", "−")
     return f"{factor}10{str(int(exponent)).translate(_RAISED)} {unit}".rstrip()
 
 

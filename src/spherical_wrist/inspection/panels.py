@@ -9,7 +9,7 @@ import numpy.typing as npt
 from matplotlib.axes import Axes
 
 from spherical_wrist.experiment.run import Run
-from spherical_wrist.inspection.curves import BINS, drawable, rotation_vectors
+from spherical_wrist.inspection.curves import BINS, drawable, rotation_vectors, with_gaps
 from spherical_wrist.inspection.drawing import AXES, INK, LAYER, figure, fit, fit_decades, line, lines, name
 from spherical_wrist.recording.hardware import hardware_curves
 from spherical_wrist.recording.layout import HARDWARE
@@ -32,8 +32,8 @@ def motion_panels(run: Run) -> Iterator[Panel]:
     """Panels of the closed loop itself."""
     yield lambda panel: _attitude(panel, run)
     yield lambda panel: _error(panel, run)
-    yield lambda panel: _size(panel, run, "|e| [rad]", np.linalg.norm(run.error, axis=1), "rad")
-    yield lambda panel: _size(panel, run, "|Δp| [mm]", 1e3 * np.linalg.norm(run.tip - run.desired_tip, axis=1), "mm")
+    yield lambda panel: _size(panel, run, "|e| [rad]", run.error, "rad")
+    yield lambda panel: _size(panel, run, "|Δp| [mm]", 1e3 * (run.tip - run.desired_tip), "mm")
     yield lambda panel: _torque(panel, run)
     if np.isfinite(run.surface).any():
         yield lambda panel: _surface(panel, run)
@@ -58,14 +58,14 @@ def _attitude(panel: Axes, run: Run) -> None:
 
 
 def _error(panel: Axes, run: Run) -> None:
-    lines(panel, run.time, run.error)
+    lines(panel, run.time, with_gaps(drawable(run.error)))
     fit(panel, run.error)
     panel.set_ylabel("e [rad]")
     name(panel, "Attitude error", "body frame, desired − actual")
 
 
-def _size(panel: Axes, run: Run, label: str, size: Array, unit: str) -> None:
-    size = drawable(size)
+def _size(panel: Axes, run: Run, label: str, vectors: Array, unit: str) -> None:
+    size = np.linalg.norm(drawable(vectors), axis=1)
     line(panel, run.time, size, color=INK)
     title, figures = ("Attitude error", "error") if unit == "rad" else ("Tool tip error", "tip_error")
     rms, largest = (getattr(run.metrics, f"{which}_{figures}_{unit}") for which in ("rms", "max"))

@@ -7,7 +7,7 @@ import numpy.typing as npt
 from matplotlib.axes import Axes
 
 from spherical_wrist.experiment.run import Run
-from spherical_wrist.inspection.curves import drawable, telling_rows, view
+from spherical_wrist.inspection.curves import drawable, telling_rows, view, with_gaps
 from spherical_wrist.inspection.drawing import AXES, FEW, INK, LAYER, figure, name, note
 
 Array = npt.NDArray[np.float64]
@@ -18,25 +18,43 @@ def portrait(panel: Axes, run: Run, axis: int) -> None:
 
     Where the law has a surface: the line on which it is zero at the median slope, and the boundary layer around it.
     """
-    e, rate = drawable(run.error[:, axis]), drawable(run.rate_error[:, axis])
+    e, rate = with_gaps(drawable(run.error))[:, axis], drawable(run.rate_error[:, axis])
     steady = run.time >= run.measurement.window_start
     rows = telling_rows(np.stack([e, rate], axis=1), 1500)
     first = int(np.searchsorted(rows, int(steady.argmax()) if steady.any() else len(e)))
     marks: dict[str, Any] = {"marker": "o", "markersize": 3.0} if len(e) <= FEW else {}
-    width = 0.8 if len(rows) < 4000 else 0.4  # a chattering one is a ball of wool
-    for part, alpha in ((rows[: first + 1], 0.4), (rows[first:], 1.0)):
+    width = 0.4 if _is_wool(rate[rows]) else 0.8
+    for part, alpha in ((rows[: first + 1], 0.5), (rows[first:], 1.0)):
         panel.plot(e[part], rate[part], color=AXES[axis], alpha=alpha, linewidth=width, **marks)
     panel.plot(e[:1], rate[:1], "o", color=INK, markerfacecolor="white", markersize=5.0, zorder=4)
-    low_x, high_x, cut_x = view(np.append(e, 0.0), 12.0)
-    low_y, high_y, cut_y = view(np.append(rate, 0.0), 12.0)
-    panel.set(xlim=(low_x, high_x), ylim=(low_y, high_y))
+    cut = _frame(panel, e, rate)
     text = _surface(panel, run, axis)
     letter = "xyz"[axis]
     panel.set(xlabel=f"$e_{letter}$ [rad]", ylabel=rf"$\dot e_{letter}$ [rad/s]")
+    panel.locator_params(axis="x", nbins=6)
     name(panel, f"Phase portrait, {letter}", text)
-    if cut_x or cut_y:
+    if cut:
         reach_e, reach_rate = (figure(float(np.nanmax(np.abs(values)))) for values in (e, rate))
         note(panel, f"goes beyond, to |e| = {reach_e} rad, |ė| = {reach_rate} rad/s")
+
+
+def _is_wool(rate: Array) -> bool:
+    """Whether a curve turns so often that its lines would run into each other: it chatters."""
+    turns = np.diff(np.sign(np.diff(rate))) != 0.0
+    return len(turns) > 500 and float(turns.mean()) > 0.2
+
+
+def _frame(panel: Axes, e: Array, rate: Array) -> bool:
+    """Sets the ends of both axes; returns whether something is beyond them.
+
+    A short excursion must not squeeze all else into a dot, unless the run was started far off: then it is the matter.
+    """
+    for squeezed in (12.0, np.inf):
+        across, upwards = (view(np.append(values, 0.0), squeezed) for values in (e, rate))
+        panel.set(xlim=across[:2], ylim=upwards[:2])
+        if across[0] <= e[0] <= across[1] and upwards[0] <= rate[0] <= upwards[1]:
+            break
+    return across[2] or upwards[2]
 
 
 def _surface(panel: Axes, run: Run, axis: int) -> str:
