@@ -9,7 +9,7 @@ import pytest
 
 import spherical_wrist
 from spherical_wrist import Experiment
-from spherical_wrist.cli import main
+from spherical_wrist.cli import completion, main
 from spherical_wrist.comparison.cases import read_cases
 from spherical_wrist.guides import NAMES, read_guide
 from spherical_wrist.wrist import Wrist
@@ -17,10 +17,8 @@ from spherical_wrist.wrist import Wrist
 FOLDER = Path(spherical_wrist.__file__).parent / "guides"
 BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", re.DOTALL | re.MULTILINE)
 FILE = re.compile(r"(?:#|<!--)\s*([\w./]+\.(?:py|toml|xml))\b")
-NOT_RUN = ("wrist view",)
-"""Commands that open a window or need a graphics driver; their own tests run them."""
-
-READY = ("conventions", "law", "hardware", "reference", "disturbance", "wrist")
+NOT_RUN = ("wrist view", "wrist render")
+"""Commands that need a window or a graphics driver; their own tests run them, and here their options are looked up."""
 
 
 @pytest.fixture
@@ -39,7 +37,7 @@ def wrist(capsys, monkeypatch, tmp_path):
     return command
 
 
-@pytest.mark.parametrize("name", READY)
+@pytest.mark.parametrize("name", NAMES)
 def test_examples_run_in_order(name, wrist, tmp_path, capsys, monkeypatch):
     before = set(sys.modules)
     scope, printed = {"__name__": "guide"}, ""
@@ -52,7 +50,12 @@ def test_examples_run_in_order(name, wrist, tmp_path, capsys, monkeypatch):
             printed = capsys.readouterr().out
         elif language == "sh":
             for line in text.replace("\\\n", " ").splitlines():
-                if not line.startswith(NOT_RUN):
+                if line.startswith(NOT_RUN):
+                    _, known, _ = wrist(" ".join([*line.split()[:2], "--help"]))
+                    assert set(re.findall(r" (--?\w[\w-]*)", line.partition("#")[0])) <= set(
+                        re.findall(r"--?\w[\w-]*", known)
+                    )
+                else:
                     code, printed, error = wrist(line)
                     assert code == (1 if line.startswith("wrist diff") else 0), f"{line}: {error or printed}"
         elif language == "toml":
@@ -112,3 +115,8 @@ def test_links_lead_somewhere(name):
         if heading:
             titles = re.findall(r"^#+ (.+)$", text, re.MULTILINE)
             assert heading in {re.sub(r"[^\w -]", "", title.lower()).replace(" ", "-") for title in titles}
+
+
+def test_the_shell_completes_names():
+    assert completion.guides("con") == [("conventions", read_guide("conventions").title)]
+    assert [name for name, _ in completion.guides("")] == list(NAMES)

@@ -27,18 +27,16 @@ napoleon_use_rtype = False
 add_module_names = False
 toc_object_entries_show_parents = "hide"
 
-# Of other projects, whose inventories would have to be fetched.
-FOREIGN = (
-    *("_duckdb", "ast", "collections", "dask", "distributed", "fractions", "gymnasium", "matplotlib", "mujoco"),
-    *("numpy", "optuna", "pathlib", "PIL", "pyarrow", "pydantic", "rerun", "rich", "scipy", "subprocess"),
-    *("typer", "types", "typing"),
-)
 nitpicky = True
+# Of other projects, whose inventories would have to be fetched; and type variables.
 nitpick_ignore_regex = [
-    (r"py:.*", rf"({'|'.join(FOREIGN)})\..*"),
-    (r"py:class", r"NDArray|void|(float|u?int)\d+"),
+    (
+        r"py:.*",
+        r"(?!spherical_wrist\b)([a-z_]\w*|PIL)(\.\w+)+",
+    ),
+    (r"py:class", r"NDArray|void|u?(float|int)\d+"),
     (r"py:exc", r"CancelledError"),
-    (r"py:class", r"spherical_wrist\..*\.(Item|Made|Result|Task)"),  # type variables
+    (r"py:class", r"spherical_wrist\..*\.(Item|Made|Result|Task)"),
 ]
 
 html_theme = "furo"

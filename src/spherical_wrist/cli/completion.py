@@ -7,6 +7,7 @@ from typer import Context
 
 from spherical_wrist.cli.scan import Family, experiment_defaults, parts
 from spherical_wrist.experiment.presets import HARDWARE
+from spherical_wrist.guides import NAMES, read_guide
 
 _STANDARD = {
     "law": "fuzzy_sliding_computed_torque",
@@ -56,6 +57,11 @@ def settings(context: Context, incomplete: str) -> Offer:
         member = name if isinstance(name, str) and name in family.members else _STANDARD[part]
         found += [f"{part}.{parameter}={default}" for parameter, default in family.defaults(member).items()]
     return _offer(((each, "") for each in found), incomplete)
+
+
+def guides(incomplete: str) -> Offer:
+    """Guides, with what each is about."""
+    return _offer(((name, read_guide(name).title) for name in NAMES), incomplete)
 
 
 def recordings(incomplete: str) -> list[str]:

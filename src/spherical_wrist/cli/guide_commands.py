@@ -4,12 +4,15 @@ from typing import Annotated
 
 import typer
 
+from spherical_wrist.cli import completion
 from spherical_wrist.cli.app import Option, app
 
 
 @app.command()
 def guide(
-    name: Annotated[str | None, typer.Argument(metavar="NAME", help="guide to read [list them]")] = None,
+    name: Annotated[
+        str | None, typer.Argument(metavar="NAME", help="guide to read [list them]", autocompletion=completion.guides)
+    ] = None,
     raw: Annotated[bool, Option("--raw", help="print the Markdown as it is")] = False,
 ) -> None:
     """Read a guide: conventions, and how to bring a law, a motion, a disturbance, hardware or a wrist of your own.
