@@ -17,8 +17,9 @@ JOINT, OBJECT, TRANSMISSION = mujoco.mjtJoint, mujoco.mjtObj, mujoco.mjtTrn
 _PHYSICAL = (
     "timestep", "gravity", "body_pos", "body_quat", "body_ipos", "body_iquat", "body_mass", "body_inertia", "jnt_pos",
     "dof_damping", "dof_armature", "dof_frictionloss", "jnt_stiffness", "site_pos", "actuator_gear", "actuator_gainprm",
+    "geom_pos", "geom_size",
 )  # fmt: skip
-"""What MuJoCo computes with and takes from a file as it is, even where it is not a number."""
+"""What is computed with or drawn, and MuJoCo takes from a file as it is, even where it is not a number."""
 
 REFUSALS = (ValueError, RuntimeError, MemoryError, mujoco.FatalError, mujoco.UnexpectedError)
 """What MuJoCo raises at a model that it cannot take; RuntimeError where its bindings do not know why."""
