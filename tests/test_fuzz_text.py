@@ -3,9 +3,10 @@
 import json
 
 import pytest
-from fuzzing import Command, emptied, examples, outcome
 from hypothesis import example, given
 from hypothesis import strategies as st
+
+from fuzzing import Command, emptied, examples, outcome
 
 BASES = {
     "run": {
