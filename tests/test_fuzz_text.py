@@ -115,12 +115,16 @@ def check(command, folder, kind, data):
 @example(data=b"\xef\xbb\xbfduration = 0.02")
 @example(data=b"x = " + b"[" * 100_000)
 @example(data=b"physics_period = 1e-320")
+@example(data=b"duration = 0.02\ncom_shift = 1e308")
+@example(data=b"duration = 0.02\nmass_scale = 1e308")
+@example(data=b"duration = 0.02\npayload = 1e308")
 def test_any_experiment(command, tmp_path, data):
     check(command, tmp_path, "run", data)
 
 
 @examples(60)
 @given(data=documents(BASES["compare"]))
+@example(data=b"case = []")
 def test_any_suite_of_cases(command, tmp_path, data):
     check(command, tmp_path, "compare", data)
 

@@ -59,6 +59,8 @@ def read_recording(path: Path) -> Recording:
         if len(series) != about["rows"][0]:
             raise RecordingError(f"recording {str(path)!r} lacks rows; record the run again")
         return Recording(series, properties, int(about["every"][0]))
+    except UnicodeEncodeError:
+        raise RecordingError(f"recording {str(path)!r}: Rerun cannot open a file of such a name; rename it") from None
     except (KeyError, IndexError, ValueError, RuntimeError) as error:
         raise RecordingError(f"recording {str(path)!r} cannot be read: {one_line(error, 100)}") from None
 
