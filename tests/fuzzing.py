@@ -19,7 +19,7 @@ from typing import Any, NamedTuple
 from hypothesis import HealthCheck, settings
 
 TIMES = int(os.environ.get("WRIST_FUZZ", "1"))
-SOON = 20.0
+SOON = 30.0
 """Time [s] that no command may take, on a slow and busy machine."""
 MEMORY = 2**31
 """Memory [bytes] that no command may need."""

@@ -1,6 +1,7 @@
 """The command line ``wrist``. It holds no physics and no mathematics, and imports the rest only when it is used."""
 
 import errno
+import signal
 import sys
 import warnings
 from typing import Any
@@ -16,6 +17,7 @@ def main() -> None:
     from typer.exceptions import Abort, TyperException
 
     prepare()
+    interrupted = _note_interruptions()
     try:
         with warnings.catch_warnings():
             warnings.showwarning = _warn
@@ -37,7 +39,24 @@ def main() -> None:
         code = _refused(_explained(error))
     except MemoryError as error:
         code = _refused(f"not enough memory ({error}): give a shorter duration, or keep less with --record-every")
+    except Exception:
+        if not interrupted:
+            raise
+        code = SIGINT_CODE  # that of a module which was just being imported
     sys.exit(code if isinstance(code, int) else 0)
+
+
+def _note_interruptions() -> list[int]:
+    """Notes Ctrl-C in the list that it returns: some modules make another error of it while they are imported."""
+    received: list[int] = []
+
+    def interrupt(number: int, _: Any) -> None:
+        received.append(number)
+        raise KeyboardInterrupt
+
+    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+        signal.signal(signal.SIGINT, interrupt)
+    return received
 
 
 def _command() -> Any:

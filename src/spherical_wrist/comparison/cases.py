@@ -122,6 +122,8 @@ def read_cases(path: Path) -> tuple[Case, ...]:
     where = f"cases {str(path)!r}"
     if set(tables) != {"case"} or not isinstance(given, list) or not all(isinstance(entry, dict) for entry in given):
         raise ParameterError(f"{where}: tables [[case]] and nothing else are needed, each with a name and parameters")
+    if not given:
+        raise ParameterError(f"{where}: there is no case in it; add a table [[case]] with a name and parameters")
     cases = tuple(_case(entry, f"{where}, case {number}") for number, entry in enumerate(given, start=1))
     names = [case.name for case in cases]
     for name in names:

@@ -88,6 +88,8 @@ def read_settings(texts: Iterable[str]) -> dict[str, Any]:
             found[name] = tomllib.loads(f"value = {value}")["value"]
         except tomllib.TOMLDecodeError:
             found[name] = value
+        except RecursionError:
+            raise ParameterError(f"--set {name}: the value is nested too deeply") from None
     return found
 
 

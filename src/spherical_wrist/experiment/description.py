@@ -188,11 +188,13 @@ def read_toml(path: Path) -> dict[str, Any]:
         ParameterError: it cannot be read, or is not TOML.
     """
     try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
+        return tomllib.loads(path.read_text(encoding="utf-8-sig"))
     except OSError as error:
         raise ParameterError(f"experiment {str(path)!r} cannot be read: {error.strerror or error}") from None
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise ParameterError(f"experiment {str(path)!r} is not valid TOML: {one_line(error)}") from None
+    except RecursionError:
+        raise ParameterError(f"experiment {str(path)!r} is not valid: its values are nested too deeply") from None
 
 
 def with_changes(tables: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:

@@ -65,6 +65,8 @@ def read_recording(path: Path) -> Recording:
         archive = tables.get(_path_of_properties(ARCHIVE), {}).get(ZIP)
         packed = b"" if archive is None else np.asarray(archive[0], dtype=np.uint8).tobytes()
         return Recording(series, properties, int(about["every"][0]), packed)
+    except UnicodeEncodeError:
+        raise RecordingError(f"recording {str(path)!r}: Rerun cannot open a file of such a name; rename it") from None
     except (KeyError, IndexError, ValueError, RuntimeError) as error:
         raise RecordingError(f"recording {str(path)!r} cannot be read: {one_line(error, 100)}") from None
 

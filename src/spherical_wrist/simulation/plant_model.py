@@ -15,6 +15,7 @@ import mujoco
 import numpy as np
 import numpy.typing as npt
 
+from spherical_wrist.errors import ModelError
 from spherical_wrist.plant import IMPEDANCE, STOPPING_TIME, Perturbation, perturb
 from spherical_wrist.simulation.physics import loop_model, switch_off, try_step
 from spherical_wrist.wrist import Wrist
@@ -104,7 +105,14 @@ class PlantModel:
 
     def _change(self, change: Perturbation) -> None:
         model, body = self.model, self.model.jnt_bodyid[0]
-        mass, centre, tensor = whole(self._parts, change)
+        with np.errstate(over="ignore", invalid="ignore"):
+            mass, centre, tensor = whole(self._parts, change)
+        largest = np.abs([mass, *centre, *tensor.ravel()]).max()
+        if not largest <= mujoco.mjMAXVAL:
+            raise ModelError(
+                f"the plant's mass, centre or inertia is {largest:g}: MuJoCo takes up to {mujoco.mjMAXVAL:g}; "
+                "give a smaller mass_scale, com_shift or payload"
+            )
         inertia, axes = (found[..., ::-1] for found in np.linalg.eigh(tensor))  # the largest first, as MuJoCo has them
         axes = axes * np.sign(np.linalg.det(axes))
         model.body_mass[body], model.body_ipos[body], model.body_inertia[body] = mass, centre, inertia

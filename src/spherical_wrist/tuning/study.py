@@ -79,6 +79,7 @@ class Study:
     """
 
     def __init__(self, file: Path) -> None:
+        self._file = file
         with _quiet(), _explained(file):
             self._storage = optuna.storages.RDBStorage(f"sqlite:///{file}")
             self._stored = optuna.create_study(
@@ -101,7 +102,8 @@ class Study:
 
     def remember(self, key: str, value: Any) -> None:
         """Keeps plain data under a name."""
-        self._stored.set_user_attr(key, json.dumps(value))
+        with _explained(self._file):
+            self._stored.set_user_attr(key, json.dumps(value))
 
     def trials(self) -> list[Trial]:
         """The trials that are done."""
@@ -121,7 +123,7 @@ class Study:
             yield Batch(done, [each.params for each in asked], partial(self._hand_in, view, asked))
 
     def _hand_in(self, view: optuna.Study, asked: Sequence[optuna.Trial], scores: Sequence[Score]) -> None:
-        with _quiet():
+        with _quiet(), _explained(self._file):
             for trial, score in zip(asked, scores, strict=True):
                 trial.set_user_attr(SCORE, score.to_plain())
                 trial.set_constraint(VIOLATION, float(score.failed))
@@ -160,4 +162,5 @@ def _explained(file: Path) -> Iterator[None]:
     except (SQLAlchemyError, optuna.exceptions.OptunaError, RuntimeError, ValueError) as error:
         cause = error.__cause__ or error
         told = one_line(getattr(cause, "orig", None) or cause, limit=120)
-        raise ParameterError(f"study {str(file)!r} cannot be used: {told}; give another folder with -o") from None
+        advice = "free some space, or give another folder with -o" if "full" in told else "give another folder with -o"
+        raise ParameterError(f"study {str(file)!r} cannot be used: {told}; {advice}") from None

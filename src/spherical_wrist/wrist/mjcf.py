@@ -17,8 +17,9 @@ REFUSALS = (ValueError, RuntimeError, MemoryError, mujoco.FatalError, mujoco.Une
 _PHYSICAL = (
     "timestep", "gravity", "body_pos", "body_quat", "body_ipos", "body_iquat", "body_mass", "body_inertia", "jnt_pos",
     "dof_damping", "dof_armature", "dof_frictionloss", "jnt_stiffness", "site_pos", "actuator_gear", "actuator_gainprm",
+    "geom_pos", "geom_size",
 )  # fmt: skip
-"""What MuJoCo computes with and takes from a file as it is, even where it is not a number."""
+"""What is computed with or drawn, and MuJoCo takes from a file as it is, even where it is not a number."""
 
 
 def default_model() -> Path:

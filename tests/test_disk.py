@@ -1,0 +1,155 @@
+"""Full disks and read-only folders: every command that writes says so in one line, and leaves what was there.
+
+A disk is a small tmpfs, which only root can mount; elsewhere these tests are skipped. A new command that writes is one
+more line of COMMANDS.
+"""
+
+import gc
+import os
+import shutil
+import subprocess
+import sys
+from contextlib import contextmanager
+
+import pytest
+
+from spherical_wrist.cli import main
+from spherical_wrist.recording.seal import check_seal
+
+COMMANDS = {
+    "run": "run --duration 0.5 -o out/a.rrd",
+    "compare": "compare --law pd --case realistic --duration 0.3 --record all -o out",
+    "frontier": "frontier --law pd --axis mass --tolerance 0.3 --set duration=0.3 -o out",
+    "paper": "paper -o out",
+    "sweep": "sweep campaign.toml -o out/c --workers 0 --threads 1",
+    "report": "report campaign -o out/page.html",
+    "replay": "sweep campaign --replay 0 -o out/a.rrd",
+    "tune": "tune pd --trials 3 --case constant-right --duration 0.3 -o out",
+}
+"""What ``wrist`` is asked for; ``out`` is the disk."""
+GOES_ON = {"sweep": "--resume", "tune": ""}
+"""Commands that keep what is finished, and what makes the same command go on with it."""
+ROOMY, PAGE = 64 << 20, 4096
+CAMPAIGN = """
+laws = ["pd"]
+samples = 8
+batch = 2
+[experiment]
+duration = 0.1
+[vary]
+mass_scale = { uniform = [0.5, 1.5] }
+"""
+
+
+class Disk:
+    """A tmpfs, mounted."""
+
+    def __init__(self, path):
+        self.path = path
+
+    def mount(self, *options):
+        subprocess.run(["mount", "-t", "tmpfs", "-o", ",".join(options), "tmpfs", self.path], check=True)
+
+    def leave(self, free):
+        """Leaves so many bytes on it."""
+        found = os.statvfs(self.path)
+        used = (found.f_blocks - found.f_bfree) * found.f_frsize
+        self.mount("remount", "rw", f"size={max(used + free, PAGE)}")
+
+    def files(self):
+        return {
+            str(path.relative_to(self.path)): path.read_bytes()
+            for path in sorted(self.path.rglob("*"))
+            if path.is_file() and path.name != ".lock"
+        }
+
+    def empty(self):
+        self.mount("remount", "rw", f"size={ROOMY}")
+        for path in self.path.iterdir():
+            shutil.rmtree(path) if path.is_dir() else path.unlink()
+        (self.path / "ballast").write_bytes(bytes(PAGE))
+
+
+@contextmanager
+def mounted(path):
+    path.mkdir()
+    disk = Disk(path)
+    try:
+        disk.mount(f"size={ROOMY}")
+    except (OSError, subprocess.CalledProcessError) as error:
+        if "CI" in os.environ and os.getuid() == 0:
+            raise
+        pytest.skip(f"mounting a tmpfs needs root: {error}")
+    try:
+        yield disk
+    finally:
+        subprocess.run(["umount", "--lazy", path], check=True)
+
+
+@pytest.fixture
+def wrist(capfd, monkeypatch, tmp_path):
+    """Runs the command here; gives its exit code and what it said."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "campaign.toml").write_text(CAMPAIGN)
+
+    def command(text):
+        monkeypatch.setattr(sys, "argv", ["wrist", *text.split()])
+        with pytest.raises(SystemExit) as end:
+            main()
+        return end.value.code, capfd.readouterr().err
+
+    return command
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_a_full_or_read_only_disk_is_one_line_and_leaves_what_was_there(wrist, tmp_path, name):
+    command = COMMANDS[name]
+    if " campaign " in command:
+        assert wrist("sweep campaign.toml -o campaign --workers 0 --threads 1") == (0, "")
+    with mounted(tmp_path / "out") as disk:
+        disk.empty()
+        assert wrist(command) == (0, "")
+        whole, said = disk.files(), []
+        need = sum(-(-len(content) // PAGE) * PAGE for content in whole.values())
+        for free in (0, 2 * PAGE, need - 4 * PAGE):
+            left = free
+            code, err, before, after = tried(wrist, disk, name, left)
+            while not code:  # what takes the place of old files one by one needs less
+                left //= 2
+                code, err, before, after = tried(wrist, disk, name, left)
+            said.append(refusal(code, err))
+            if name in GOES_ON:
+                disk.leave(ROOMY)
+                goes_on = GOES_ON[name] if any(each.endswith("campaign.json") for each in after) else ""
+                assert wrist(f"{command} {goes_on}") == (0, "")
+                assert disk.files().keys() == whole.keys()
+            else:
+                assert after.keys() == before.keys()
+                for each in after:
+                    if each.endswith(".rrd"):
+                        check_seal(disk.path / each)
+                    else:
+                        assert after[each] == before[each]
+        before = disk.files()
+        gc.collect()  # whose files are still open, after an error, would keep the disk busy
+        disk.mount("remount", "ro")
+        said.append(refusal(*wrist(f"{command} {GOES_ON.get(name, '')}")))
+        assert disk.files() == before
+    print(*said, sep="")
+
+
+def tried(wrist, disk, name, free):
+    """A command with so many bytes left: exit code, what it said, the files before and after."""
+    if name in GOES_ON:
+        disk.empty()
+    before = disk.files()
+    disk.leave(free)
+    return *wrist(COMMANDS[name]), before, disk.files()
+
+
+def refusal(code, err):
+    assert code == 2, err
+    assert err.startswith("wrist: error: ")
+    assert err.count("\n") == 1
+    assert any(text in err for text in ("No space left on device", "disk is full", "Read-only file system"))
+    return err
