@@ -22,6 +22,7 @@ LEVELS = (
     {"experiment", "inspection", "lyapunov"},
     {"campaign"},
     {"paper", "comparison", "assertions", "tuning", "report"},
+    {"environment"},
     {"cli"},
 )
 LEVEL = {room: level for level, rooms in enumerate(LEVELS) for room in rooms}
@@ -37,6 +38,7 @@ KEPT = {
     "rerun": {str(path.relative_to(ROOT)) for path in (ROOT / "recording").glob("*.py")},
     "typer": {"cli/__init__.py", "cli/app.py"} | {f"cli/{each}_commands.py" for each in COMMANDS},
     "optuna": {"tuning/study.py"},
+    "gymnasium": {f"environment/{each}.py" for each in ("__init__", "spaces", "track", "track_vector")},
     "matplotlib": {"fuzzy/picture.py", "paper/figures.py", "comparison/picture.py", "comparison/frontier_picture.py"}
     | {"tuning/picture.py", "report/pictures.py"},
 }

@@ -9,14 +9,15 @@ Numbers beyond ±1 are cut there.
 
 ``gains``
     One number a per gain: the gain is its value in the experiment times ``gain_factor`` to the power of a, on all axes
-    alike. Gains are the positive numbers and vectors of the law, but for limits of the motors, for those that a table
-    of the law is made of, and for those that the law would refuse at an end of the range. Zero is the experiment's own
-    law, to the last bit. Widths count too: ``phi`` and the scales of fuzzy sets.
+    alike. Gains are the positive numbers and vectors that the law's step reads, widths such as ``phi`` included; but
+    not limits of the motors, nor what a table of the law is made of, nor what the law would refuse at an end of the
+    range. Zeros are the experiment's own law, to the last bit.
 """
 
 from collections.abc import Sequence
-from math import isfinite
-from typing import Any, ClassVar, NamedTuple, Self
+from math import inf
+from types import FunctionType
+from typing import Any, ClassVar, NamedTuple, Self, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -101,7 +102,7 @@ class Actions(NamedTuple):
 
     @classmethod
     def _gains(cls, law: Law, gains: Sequence[str] | None, factor: float) -> Self:
-        if not (isinstance(factor, int | float) and 1.0 < factor and isfinite(factor)):
+        if not 1.0 < factor < inf:
             raise ParameterError(f"gain_factor = {factor!r}: must be a number above 1")
         known = gains_of(law, factor)
         if isinstance(gains, str):
@@ -128,7 +129,16 @@ class Actions(NamedTuple):
 
 def gains_of(law: Law, factor: float) -> list[str]:
     """Names of the gains that can be set while the law runs, up and down by a factor."""
-    return [name for name in positive(law) if _free(law, name, factor)]
+    read = _mentioned(cast(FunctionType, type(law).step), set())
+    return [name for name in positive(law) if name in read and _free(law, name, factor)]
+
+
+def _mentioned(function: FunctionType, visited: set[FunctionType]) -> set[str]:
+    """Names that a function, and what it calls, may look up."""
+    visited.add(function)
+    names = set(function.__code__.co_names)
+    called = [value for name in names if isinstance(value := function.__globals__.get(name), FunctionType)]
+    return names.union(*(_mentioned(each, visited) for each in called if each not in visited))
 
 
 def _free(law: Law, name: str, factor: float) -> bool:
@@ -147,6 +157,5 @@ def _free(law: Law, name: str, factor: float) -> bool:
 
 def _slots(law: Law, name: str) -> npt.NDArray[np.intp]:
     """Where the numbers of a parameter lie among the packed ones."""
-    kind, offset = (law.layout().fields or {})[name][:2]
-    first = offset // 8
-    return np.arange(first, first + kind.itemsize // 8)
+    numbered = np.arange(len(law.packed()), dtype=np.float64).view(law.layout())
+    return np.ravel(numbered[name]).astype(np.intp)

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from spherical_wrist.environment.play import ROW
+from spherical_wrist.environment.play import MOTORS, NOMINAL, PLANT, ROW
 from spherical_wrist.environment.task import Task
 from spherical_wrist.experiment.description import Experiment
 from spherical_wrist.experiment.simulate import closed_loop
@@ -71,22 +71,30 @@ class Episode:
         row, plant, nominal, drive = found[0], parts.plant, parts.nominal, parts.drive
         scratch, log, states, currents = self._made
         lasting = {
-            **{"parameters": self._parameters, "state": parts.state, "qpos": plant.qpos, "qvel": plant.qvel},
-            **{"ctrl": plant.ctrl, "applied": plant.applied, "warnings": plant.warnings},
-            **{"nominal_qpos": nominal.qpos, "nominal_qvel": nominal.qvel, "nominal_passive": nominal.passive},
-            **{"sensor": parts.sensor.settings, "scratch": scratch, "history": parts.sensor.history},
-            **{"drive": drive.settings, "wanted": drive.wanted, "level": drive.level, "coils": drive.coils},
-            **{"strength": drive.strength, "believed": drive.believed, "map": drive.K},
-            **{"settings": parts.settings, "signal": parts.signal, "command": parts.command},
-            **{"log": log, "states": states, "currents": currents},
-            **{"window": self._meter.window, "totals": self._meter.totals},
+            "parameters": self._parameters,
+            "state": parts.state,
+            "settings": parts.settings,
+            "signal": parts.signal,
+            "command": parts.command,
+            "sensor": parts.sensor.settings,
+            "scratch": scratch,
+            "history": parts.sensor.history,
+            "drive": drive.settings,
+            "log": log,
+            "states": states,
+            "currents": currents,
+            "window": self._meter.window,
+            "totals": self._meter.totals,
+            **{name: getattr(plant, name) for name in PLANT},
+            **{f"nominal_{name}": getattr(nominal, name) for name in NOMINAL},
+            **{name: getattr(drive, name) for name in MOTORS},
         }
         for name, array in lasting.items():
             row[name] = where(array)
         row["law"] = law_address(self.experiment.law)
         row["model"], row["data"] = plant.model, plant.data
         row["nominal_model"], row["nominal_data"] = nominal.model, nominal.data
-        row["left"] = self.samples
+        row["left"], row["frame"] = self.samples, task.frame_skip
         gravity = task.nominal.model.opt.gravity
         row["gravity"] = gravity / (np.linalg.norm(gravity) or 1.0)
         row["lever"] = task.nominal.lever
@@ -109,21 +117,20 @@ class Episode:
             row[name] = where(array)
         row["offset"] = 0
 
-    def conclude(self, left: int, status: int, result: Any) -> dict[str, Any]:
+    def conclude(self, left: int, result: Any) -> dict[str, Any]:
         """What came of the episode, as an info: its metrics, and how it ended.
 
         Args:
             left: control periods that were not played.
-            status: why the loop stopped.
             result: the RESULT record of the last frame.
 
         Raises:
             LawError: the law wrote a torque that is not finite.
         """
-        self.loop.conclude(self.samples - left - self.loop.sample, status)
+        self.loop.conclude(self.samples - left - self.loop.sample, int(result["status"]))
         metrics = {name: value for name, value in asdict(self._meter.result()).items() if value is not None}
         ended = self.loop.outcome
-        if ended is None or (result["beyond"] > 0.5 and ended.status == "completed"):
+        if ended is None or (result["beyond"] and ended.status == "completed"):
             return {"metrics": metrics, "outcome": "out_of_bounds", "reason": self._beyond(result)}
         return {"metrics": metrics, "outcome": str(ended.status), "reason": ended.reason}
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -10,11 +11,10 @@ import numpy.typing as npt
 from spherical_wrist.environment.episode import Episode
 from spherical_wrist.environment.observation import SEEN
 from spherical_wrist.environment.play import PLAYING, RESULT, ROW, play
-from spherical_wrist.environment.task import Task
+from spherical_wrist.environment.task import Task, counted
 from spherical_wrist.errors import ParameterError, one_line
 from spherical_wrist.experiment.description import Experiment
 from spherical_wrist.simulation.compiler import compiled
-from spherical_wrist.simulation.loop import RUNNING
 from spherical_wrist.simulation.nominal import NominalModel
 from spherical_wrist.simulation.physics import warnings_kept_in_data
 from spherical_wrist.simulation.plant_model import PlantModel
@@ -45,9 +45,8 @@ class Fleet:
     """
 
     def __init__(self, task: Task, seats: int, threads: int = 1) -> None:
-        for name, value in (("num_envs", seats), ("threads", threads)):
-            if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < 1:
-                raise ParameterError(f"{name} = {value!r}: must be a whole number, 1 or more")
+        counted("num_envs", seats)
+        counted("threads", threads)
         self._task, self._bench = task, Workbench()
         self._play = compiled(play, ROW, RESULT, np.float64)
         timing, threads = task.experiment.timing(task.nominal), min(threads, seats)
@@ -56,7 +55,7 @@ class Fleet:
         nominals = [NominalModel(task.nominal, timing, self._bench.engine) for _ in range(threads)]
         self._nominals = [nominals[seat * threads // seats] for seat in range(seats)]
         ends = [-(-seats * thread // threads) for thread in range(threads + 1)]
-        self._shares = [slice(first, last) for first, last in zip(ends, ends[1:], strict=False)]
+        self._shares = [slice(first, last) for first, last in pairwise(ends)]
         self._pool = ThreadPoolExecutor(threads) if threads > 1 else None
         self._default = task.actions.law.packed()
         self._packed = np.tile(self._default, (seats, 1))
@@ -73,26 +72,20 @@ class Fleet:
         return played
 
     @property
-    def terminated(self) -> npt.NDArray[np.bool_]:
-        """Seats whose episode diverged or went beyond a limit."""
-        found: npt.NDArray[np.bool_] = (self.results["status"] != RUNNING) | (self.results["beyond"] > 0.5)
-        return found
-
-    @property
-    def truncated(self) -> npt.NDArray[np.bool_]:
-        """Seats whose episode came to the end of its duration."""
-        found: npt.NDArray[np.bool_] = (self.results["status"] == RUNNING) & (self._rows["left"] == 0)
-        return found
-
-    @property
     def truth(self) -> dict[str, Array]:
         """What is true of each seat, by the names of an info."""
         return {"time": self.time, **{name: self.results[name] for name in TRUTH}}
 
     def info(self, seat: int) -> dict[str, Any]:
         """The same of one seat."""
-        of_seat = ((name, value[seat]) for name, value in self.truth.items())
-        return {name: value.copy() if value.ndim else float(value) for name, value in of_seat}
+        result, time = self.results[seat], self._samples[seat] - self._rows[seat]["left"]
+        return {
+            "time": float(time * self._task.experiment.control_period),
+            "error": result["error"].copy(),
+            "rate_error": result["rate_error"].copy(),
+            "tip_error_mm": float(result["tip_error_mm"]),
+            "torque": result["torque"].copy(),
+        }
 
     def begin(self, experiments: Mapping[int, Experiment]) -> None:
         """Begins an episode on each of some seats.
@@ -100,7 +93,7 @@ class Fleet:
         Raises:
             WristError: an experiment cannot be run.
         """
-        self._rows["periods"] = -1
+        self._rows["periods"] = -1  # the others wait
         for seat, experiment in experiments.items():
             plant, nominal = self._plants[seat], self._nominals[seat]
             plant.perturb(experiment.perturbation)
@@ -124,21 +117,23 @@ class Fleet:
             LawError: the law raises, or writes a torque that is not finite.
         """
         acted = self._checked(actions, waiting)
-        rows, results = self._rows, self.results
-        periods = np.minimum(rows["left"], self._task.frame_skip)
-        if waiting is not None:
-            periods[waiting] = -1
-        rows["periods"] = periods
+        self._rows["periods"] = (
+            self._task.frame_skip if waiting is None else np.where(waiting, -1, self._task.frame_skip)
+        )
         self._task.actions.write(acted, self._packed)
-        # the instant after the frame is looked at as well
-        for seat in np.flatnonzero(rows["offset"] + periods >= rows["desired"]["rows"]):
-            self.episodes[int(seat)].refill(rows[seat])
-        self._run()
+        news = self._run()
         self.observations[:, SEEN:] = acted
         self.infos = {}
-        for seat in map(int, np.flatnonzero((self.terminated | self.truncated) & (periods >= 0))):
-            left, status = int(rows["left"][seat]), int(results["status"][seat])
-            self.infos[seat] = self.episodes[seat].conclude(left, status, results[seat])
+        if news:
+            self._attend()
+
+    def _attend(self) -> None:
+        """Concludes the episodes that are over, and draws inputs for those that need more."""
+        results = self.results
+        for seat in map(int, np.flatnonzero(results["terminated"] | results["truncated"])):
+            self.infos[seat] = self.episodes[seat].conclude(int(self._rows[seat]["left"]), results[seat])
+        for seat in map(int, np.flatnonzero(results["dry"])):
+            self.episodes[seat].refill(self._rows[seat])
 
     def close(self) -> None:
         """Ends the threads."""
@@ -162,16 +157,13 @@ class Fleet:
             raise ParameterError(f"action = {one_line(wanted.tolist(), 60)}: must be finite numbers")
         return np.minimum(1.0, np.maximum(-1.0, wanted, out=wanted), out=wanted)
 
-    def _run(self) -> None:
-        def work(share: slice) -> None:
-            self._play(self._rows[share], self.results[share], self.observations[share])
+    def _run(self) -> int:
+        def work(share: slice) -> int:
+            return int(self._play(self._rows[share], self.results[share], self.observations[share]))
 
         with warnings_kept_in_data():
             try:
-                if self._pool is None:
-                    work(slice(None))
-                else:
-                    list(self._pool.map(work, self._shares))
+                return sum((self._pool.map if self._pool else map)(work, self._shares))
             except Exception as error:  # nothing in the loop raises but a law, which may raise anything
                 for seat in np.flatnonzero(self.results["status"] == PLAYING):
                     self.episodes[int(seat)].loop.blame(f"raised {type(error).__name__}: {one_line(error)}")

@@ -17,33 +17,45 @@ from spherical_wrist.sensing.measure import SENSOR, Sensor
 from spherical_wrist.sensing.samples import SAMPLE
 from spherical_wrist.simulation.addresses import ARRAY, counters, law_at, numbers, records, table
 from spherical_wrist.simulation.gauge import TOTALS, WINDOW, gauge
-from spherical_wrist.simulation.loop import LOG, SETTINGS, Plant, close_loop
+from spherical_wrist.simulation.loop import LOG, RUNNING, SETTINGS, Plant, close_loop
+from spherical_wrist.simulation.parts import Inputs
+
+PLANT, NOMINAL, MOTORS = Plant._fields[2:], Nominal._fields[2:], Drive._fields[1:]
+"""The arrays of each, after model and data, and after the settings."""
 
 ARRAYS = (
-    *("parameters", "state", "qpos", "qvel", "ctrl", "applied", "warnings"),
-    *("nominal_qpos", "nominal_qvel", "nominal_passive", "sensor", "scratch", "history"),
-    *("drive", "wanted", "level", "coils", "strength", "believed", "map", "settings", "signal", "command"),
-    *("time", "desired", "seen", "ahead", "samples", "disturbance", "log", "states", "currents", "window", "totals"),
+    *("parameters", "state", "settings", "signal", "command", "sensor", "scratch", "history", "drive"),
+    *("log", "states", "currents", "window", "totals"),
+    *PLANT,
+    *(f"nominal_{name}" for name in NOMINAL),
+    *MOTORS,
+    *Inputs._fields,
 )
 ROW = np.dtype(
     [
         *((name, ARRAY) for name in ARRAYS),
         *((name, "i8") for name in ("law", "model", "data", "nominal_model", "nominal_data")),
-        *((name, "i8") for name in ("periods", "offset", "left")),
+        *((name, "i8") for name in ("frame", "periods", "offset", "left")),
         *((name, "f8", 3) for name in ("gravity", "lever", "weights", "scales", "asked")),
         *((name, "f8") for name in ("held", "most_tip_error", "most_error")),
     ],
     align=True,
 )
-"""An episode. ``periods``: to be played now, −1 for an episode that waits; ``offset``: row of the present instant among
-the inputs; ``left``: control periods to the end; ``asked``: the last torque asked for, once ``held``."""
+"""An episode: where its arrays lie, and what the rest of it is.
+
+``frame``: control periods of a frame; ``periods``: to be played now, at most, −1 for an episode that waits; ``offset``:
+row of the present instant among the inputs; ``left``: control periods to the end; ``asked``: the last torque asked for,
+once ``held``.
+"""
 
 RESULT = np.dtype(
     [
         ("reward", "f8"),
         ("status", "i8"),
-        ("logged", "i8"),
-        ("beyond", "f8"),
+        ("beyond", "?"),
+        ("terminated", "?"),
+        ("truncated", "?"),
+        ("dry", "?"),
         ("tip_error_mm", "f8"),
         ("error", "f8", 3),
         ("rate_error", "f8", 3),
@@ -51,27 +63,37 @@ RESULT = np.dtype(
     ],
     align=True,
 )
-"""What came of it; a status of PLAYING says that the law raised."""
+"""What came of it: why the loop stopped, or PLAYING where the law raised; whether the episode is over, and whether its
+inputs end before the next frame does; the truth at the present instant, and the torque of the last period."""
 
 PLAYING = -1
 
 
-def play(rows: Any, results: Any, observations: Any) -> None:
+def play(rows: Any, results: Any, observations: Any) -> int:
     """Plays every episode on by its ``periods``, none at its beginning.
 
     Args:
         rows: ROW (n,).
         results: RESULT (n,), written.
         observations: (n, 18 and the numbers of an action), of which the first 18 are written.
+
+    Returns:
+        How many of them are over or need more inputs.
     """
+    news = 0
     for i in range(len(rows)):
+        result = results[i]
+        result.terminated = result.truncated = result.dry = False
         if rows[i].periods >= 0:
-            play_one(rows[i], results[i], observations[i])
+            play_one(rows[i], result, observations[i])
+        if result.terminated or result.truncated or result.dry:
+            news += 1
+    return news
 
 
 def play_one(row: Any, result: Any, observation: Any) -> None:
     """See :func:`play`."""
-    n, k = row.periods, row.offset
+    n, k = min(row.periods, row.left), row.offset
     plant = Plant(
         row.model, row.data, numbers(row.qpos), numbers(row.qvel), numbers(row.ctrl), numbers(row.applied),
         counters(row.warnings),
@@ -93,7 +115,7 @@ def play_one(row: Any, result: Any, observation: Any) -> None:
             Sensor(records(row.sensor, SENSOR)[0], table(row.history)),
             Drive(
                 records(row.drive, DRIVE)[0], numbers(row.wanted), numbers(row.level), table(row.coils),
-                numbers(row.strength), numbers(row.believed), table(row.map),
+                numbers(row.strength), numbers(row.believed), table(row.K),
             ),
             settings,
             desired,
@@ -114,7 +136,9 @@ def play_one(row: Any, result: Any, observation: Any) -> None:
         row.offset += logged
         row.left -= logged
     else:
-        result.status = 0
-    result.logged = logged
+        result.status = RUNNING
     judge(row, plant, logged, settings.period, result)
+    result.terminated = logged > 0 and (result.status != RUNNING or result.beyond)
+    result.truncated = result.status == RUNNING and row.left == 0
+    result.dry = row.left > 0 and row.offset + min(row.frame, row.left) >= row.desired.rows
     observe(row, plant, settings, signal, observation)

@@ -51,7 +51,7 @@ def judge(row: Any, plant: Any, logged: int, period: float, result: Any) -> None
     """
     log, desired, p, w = records(row.log, LOG), records(row.desired, MOTION), plant.qpos, plant.qvel
     start, pay = row.offset - logged, 0.0
-    result.beyond = 0.0
+    result.beyond = False
     for r in range(logged + 1):
         d = desired[start + r].attitude
         target = (d[0], d[1], d[2], d[3])
@@ -65,7 +65,7 @@ def judge(row: Any, plant: Any, logged: int, period: float, result: Any) -> None
         if r > 0 or logged == 0:
             result.tip_error_mm = far
             if not (far <= row.most_tip_error and error <= row.most_error):
-                result.beyond = 1.0
+                result.beyond = True
         for i in range(3):
             result.error[i] = e[i]
         if r > 0:

@@ -61,14 +61,14 @@ class Task(NamedTuple):
         given = _experiment(experiment)
         nominal = given.nominal()
         given.timing(nominal)
-        if isinstance(frame_skip, bool) or not isinstance(frame_skip, int | np.integer) or frame_skip < 1:
-            raise ParameterError(f"frame_skip = {frame_skip!r}: a whole number of control periods is needed, 1 or more")
+        counted("frame_skip", frame_skip)
         actions = Actions.of(action, given.law, nominal, gains, gain_factor)
         pay, limits = _table("reward", Reward, reward), _table("terminate_beyond", Limits, terminate_beyond)
         if not pay.tip + pay.effort + pay.chattering > 0.0:
             raise ParameterError("reward: one of the weights tip, effort and chattering must be positive")
         played = given.replaced(law=actions.law)
-        return cls(played, nominal, actions, int(frame_skip), Randomization.of(randomize, played), pay, limits)
+        differing = Randomization.of(randomize, played, nominal)
+        return cls(played, nominal, actions, int(frame_skip), differing, pay, limits)
 
     def episode(self, random: np.random.Generator) -> tuple[Experiment, dict[str, Any]]:
         """The experiment of the next episode, and what was drawn for it by name."""
@@ -84,6 +84,16 @@ class Task(NamedTuple):
     def observation_units(self) -> tuple[str, ...]:
         """Their units."""
         return (*UNITS, *("" for _ in self.actions.names))
+
+
+def counted(name: str, given: Any) -> None:
+    """Refuses what is no number of things.
+
+    Raises:
+        ParameterError: it is not a whole number, or less than 1.
+    """
+    if isinstance(given, bool) or not isinstance(given, int | np.integer) or given < 1:
+        raise ParameterError(f"{name} = {given!r}: must be a whole number, 1 or more")
 
 
 def _experiment(given: Any) -> Experiment:

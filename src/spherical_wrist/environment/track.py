@@ -2,12 +2,13 @@
 
 from collections.abc import Mapping, Sequence
 from os import PathLike
-from typing import Any, ClassVar
+from typing import Any
 
 import gymnasium
 import numpy as np
 import numpy.typing as npt
 from gymnasium.error import ResetNeeded
+from gymnasium.spaces import Space
 from gymnasium.utils import EzPickle
 
 from spherical_wrist.environment.fleet import Fleet
@@ -18,7 +19,7 @@ from spherical_wrist.experiment.description import Experiment
 Array = npt.NDArray[np.float64]
 
 
-class TrackEnv(gymnasium.Env[Array, Array], EzPickle):
+class TrackEnv(gymnasium.Env[npt.NDArray[Any], npt.NDArray[Any]], EzPickle):
     """Follow a reference: an agent in the place of the control law.
 
     An episode is an experiment: it lasts its ``duration``, at whose end it is truncated, and it is terminated where the
@@ -28,8 +29,8 @@ class TrackEnv(gymnasium.Env[Array, Array], EzPickle):
 
     ``info`` has the ``time`` [s] and, of the true wrist, the ``error`` [rad] and ``rate_error`` [rad/s] in the body
     frame, the ``tip_error_mm``, and the ``torque`` that the motors delivered in the last control period [N·m]. At the
-    beginning of an episode it has what was ``randomized``, if anything was; at its end its ``metrics`` by name, those of
-    ``simulate`` without those that there are none of, the ``outcome`` (``completed``, ``diverged`` or
+    beginning of an episode it has what was ``randomized``, if anything was; at its end its ``metrics`` by name, those
+    of ``simulate`` but for what is None, the ``outcome`` (``completed``, ``diverged`` or
     ``out_of_bounds``), and the ``reason`` for the latter two.
 
     Args:
@@ -56,8 +57,6 @@ class TrackEnv(gymnasium.Env[Array, Array], EzPickle):
         WristError: an argument is not valid; in one line.
     """
 
-    metadata: ClassVar[dict[str, Any]] = {"render_modes": []}
-
     def __init__(
         self,
         experiment: Experiment | Mapping[str, Any] | str | PathLike[str] | None = None,
@@ -75,7 +74,8 @@ class TrackEnv(gymnasium.Env[Array, Array], EzPickle):
         self._task = Task.of(*given)
         self.render_mode = render_mode_of(render_mode, self.metadata["render_modes"])
         self._fleet = Fleet(self._task, 1)
-        self.action_space, self.observation_space = action_space(self._task), observation_space(self._task)
+        self.action_space: Space[npt.NDArray[Any]] = action_space(self._task)
+        self.observation_space: Space[npt.NDArray[Any]] = observation_space(self._task)
         self.observation_names, self.observation_units = self._task.observation_names, self._task.observation_units
         self.action_names = self._task.actions.names
         self.experiment = self._task.experiment
@@ -94,7 +94,7 @@ class TrackEnv(gymnasium.Env[Array, Array], EzPickle):
         self._over = False
         return fleet.observations[0].copy(), fleet.info(0) | ({"randomized": drawn} if drawn else {})
 
-    def step(self, action: Array) -> tuple[Array, float, bool, bool, dict[str, Any]]:
+    def step(self, action: npt.NDArray[Any]) -> tuple[Array, float, bool, bool, dict[str, Any]]:
         """Holds an action for a frame.
 
         Raises:
@@ -108,7 +108,7 @@ class TrackEnv(gymnasium.Env[Array, Array], EzPickle):
         fleet.play(np.asarray(action)[None])
         result, info = fleet.results[0], fleet.info(0)
         self._over = 0 in fleet.infos
-        ends = bool(fleet.terminated[0]), bool(fleet.truncated[0])
+        ends = bool(result["terminated"]), bool(result["truncated"])
         return fleet.observations[0].copy(), float(result["reward"]), *ends, info | fleet.infos.get(0, {})
 
     def close(self) -> None:

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from os import PathLike
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -12,7 +12,14 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
 from spherical_wrist.environment.fleet import Fleet
-from spherical_wrist.environment.spaces import action_space, autoreset_mode_of, mask_of, observation_space, render_mode_of, seeds_of
+from spherical_wrist.environment.spaces import (
+    action_space,
+    autoreset_mode_of,
+    mask_of,
+    observation_space,
+    render_mode_of,
+    seeds_of,
+)
 from spherical_wrist.environment.task import Task
 from spherical_wrist.experiment.description import Experiment
 
@@ -20,7 +27,7 @@ Array = npt.NDArray[np.float64]
 Truths = npt.NDArray[np.bool_]
 
 
-class TrackVectorEnv(VectorEnv[Array, Array, npt.NDArray[Any]], EzPickle):
+class TrackVectorEnv(VectorEnv[Array, npt.NDArray[Any], npt.NDArray[Any]], EzPickle):
     """Many wrists that follow a reference; each is a :class:`spherical_wrist.environment.track.TrackEnv`.
 
     Given the same seeds and actions, wrist i goes through the same bits as the i-th of a ``SyncVectorEnv``, and
@@ -52,8 +59,6 @@ class TrackVectorEnv(VectorEnv[Array, Array, npt.NDArray[Any]], EzPickle):
         WristError: an argument is not valid; in one line.
     """
 
-    metadata: ClassVar[dict[str, Any]] = {"render_modes": [], "autoreset_mode": AutoresetMode.NEXT_STEP}
-
     def __init__(
         self,
         num_envs: int = 1,
@@ -72,18 +77,21 @@ class TrackVectorEnv(VectorEnv[Array, Array, npt.NDArray[Any]], EzPickle):
         given = (experiment, action, frame_skip, randomize, reward, terminate_beyond, gains, gain_factor)
         EzPickle.__init__(self, num_envs, autoreset_mode, threads, *given, render_mode)
         self._task = Task.of(*given)
-        render_mode_of(render_mode, self.metadata["render_modes"])
+        render_mode_of(render_mode, [])
         self._mode = autoreset_mode_of(autoreset_mode)
-        self.metadata = {**self.metadata, "autoreset_mode": self._mode}
+        self.metadata = {"render_modes": [], "autoreset_mode": self._mode}
         self._fleet = Fleet(self._task, num_envs, threads)
         self.num_envs = num_envs
-        self.single_action_space, self.single_observation_space = action_space(self._task), observation_space(self._task)
+        self.single_action_space, self.single_observation_space = (
+            action_space(self._task),
+            observation_space(self._task),
+        )
         self.action_space = batch_space(self.single_action_space, num_envs)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self.observation_names, self.observation_units = self._task.observation_names, self._task.observation_units
         self.action_names = self._task.actions.names
         self.experiments = [self._task.experiment] * num_envs
-        self._generators: list[np.random.Generator | None] = [None] * num_envs
+        self._generators: dict[int, np.random.Generator] = {}
         self._over = np.zeros(num_envs, dtype=np.bool_)
 
     def reset(
@@ -101,13 +109,13 @@ class TrackVectorEnv(VectorEnv[Array, Array, npt.NDArray[Any]], EzPickle):
         """
         mask = mask_of(options, self.num_envs)
         for i, each in enumerate(seeds_of(seed, self.num_envs)):
-            if mask[i] and (each is not None or self._generators[i] is None):
+            if mask[i] and (each is not None or i not in self._generators):
                 self._generators[i] = seeding.np_random(each)[0]
         drawn = self._begin(mask)
         self._over &= ~mask
         return self._fleet.observations.copy(), self._told(drawn, mask)
 
-    def step(self, actions: Array) -> tuple[Array, Array, Truths, Truths, dict[str, Any]]:
+    def step(self, actions: npt.NDArray[Any]) -> tuple[Array, Array, Truths, Truths, dict[str, Any]]:
         """Holds an action (n, k) on each wrist for a frame.
 
         Raises:
@@ -120,7 +128,7 @@ class TrackVectorEnv(VectorEnv[Array, Array, npt.NDArray[Any]], EzPickle):
             raise ResetNeeded("an episode has not begun, or is over: call reset() first")
         fleet.play(actions, over if over.any() else None)
         rewards = np.where(over, 0.0, fleet.results["reward"])
-        terminated, truncated = fleet.terminated & ~over, fleet.truncated & ~over
+        terminated, truncated = fleet.results["terminated"].copy(), fleet.results["truncated"].copy()
         ended = terminated | truncated
         told, again = dict(fleet.infos), over
         if self._mode is AutoresetMode.SAME_STEP:

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 ARRAY = np.dtype([("at", "i8"), ("rows", "i8"), ("columns", "i8")], align=True)
-"""Where an array lies: its address, rows, and numbers in a row; of one with a stride, every so-many-th number counts."""
+"""Where an array lies: its address, rows, and numbers in a row; of one dimension, every so-many-th number counts."""
 
 
 def where(array: npt.NDArray[Any]) -> tuple[int, int, int]:

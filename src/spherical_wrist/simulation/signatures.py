@@ -36,5 +36,5 @@ def signatures(numba: Any) -> SimpleNamespace:
 
 def arrays(numba: Any, kinds: tuple[npt.DTypeLike, ...]) -> tuple[Any, ...]:
     """The signature of a function of contiguous arrays: of one dimension of records, of two of numbers."""
-    t, kinds = numba.core.types, tuple(map(np.dtype, kinds))
-    return tuple(t.Array(numba.from_dtype(kind), 1 if kind.names else 2, "C") for kind in kinds)
+    t, dtypes = numba.core.types, [np.dtype(kind) for kind in kinds]
+    return tuple(t.Array(numba.from_dtype(dtype), 1 if dtype.names else 2, "C") for dtype in dtypes)
