@@ -334,21 +334,28 @@ def test_wrong_arguments_of_many():
         envs.step(np.zeros((2, 3)))
 
 
-def test_a_law_that_fails_is_named(tmp_path):
+@pytest.mark.parametrize("threads", [1, 2])
+@pytest.mark.parametrize("failure", ["command.torque[0] = math.nan", "raise ValueError('too late')"])
+def test_a_law_that_fails_is_named(tmp_path, failure, threads):
     file = tmp_path / "late.py"
     file.write_text(
-        "from spherical_wrist.control import Law\n"
+        "import math\nfrom spherical_wrist.control import Law\n"
         "class Late(Law):\n"
         "    gain: float = 0.1\n"
         "    @staticmethod\n"
         "    def step(signal, parameters, state, command):\n"
         "        for i in range(3):\n"
-        "            command.torque[i] = parameters.gain * signal.error[i] if signal.time < 0.01 else math.nan\n"
+        "            command.torque[i] = parameters.gain * signal.error[i]\n"
+        f"        if signal.time > 0.0095:\n            {failure}\n"
     )
-    file.write_text("import math\n" + file.read_text())
-    env = make(experiment={"law": f"{file}:Late", "duration": 0.1}, action="gains", frame_skip=4)
+    options = {"experiment": {"law": f"{file}:Late", "duration": 0.1}, "action": "gains", "frame_skip": 4}
+    envs = gymnasium.make_vec(TRACK, 2, threads=threads, **options)
+    envs.reset()
+    for _ in range(2):
+        envs.step(np.zeros((2, 1)))
     with pytest.raises(WristError, match=r"law 'late' at t = 0.01 s"):
-        episode(env, zeros(env))
+        envs.step(np.zeros((2, 1)))
+    envs.close()
 
 
 def test_registering_is_quick_and_may_be_repeated():
