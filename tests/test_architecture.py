@@ -22,13 +22,14 @@ LEVELS = (
     {"experiment", "inspection", "lyapunov"},
     {"campaign", "film"},
     {"paper", "comparison", "assertions", "tuning", "report"},
+    {"environment"},
     {"cli"},
 )
 LEVEL = {room: level for level, rooms in enumerate(LEVELS) for room in rooms}
 COMMANDS = ("guide", "inspect", "replay", "study", "campaign", "tuning", "report", "render", "view")
 KEPT = {
     "numba": {"simulation/compiler.py"},
-    "llvmlite": {"simulation/compiler.py"},
+    "llvmlite": {"simulation/compiler.py", "simulation/processor.py"},
     "ctypes": {"libmujoco.py", "recording/leash.py"},
     "pyarrow": {"reference/recorded_file.py", "campaign/store.py", "inspection/export.py"},
     "duckdb": {"campaign/store.py", "report/table.py"},
@@ -39,6 +40,7 @@ KEPT = {
     "optuna": {"tuning/study.py"},
     "av": {"film/mp4.py"},
     "PIL": {"film/caption.py", "film/film.py", "film/gif.py"},
+    "gymnasium": {f"environment/{each}.py" for each in ("__init__", "spaces", "track", "track_vector")},
     "matplotlib": {"fuzzy/picture.py", "paper/figures.py", "comparison/picture.py", "comparison/frontier_picture.py"}
     | {"tuning/picture.py", "report/pictures.py", "film/caption.py"}
     | {f"inspection/{each}.py" for each in ("drawing", "panels", "portrait", "picture", "difference_picture")},

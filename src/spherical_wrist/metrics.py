@@ -130,22 +130,26 @@ class LogMeter:
     Args:
         measurement: what the figures depend on besides.
         engine: whose ``gauge`` it runs.
+
+    Attributes:
+        window: what is summed up, a WINDOW array of length one.
+        totals: the sums so far, a TOTALS array of length one.
     """
 
     def __init__(self, measurement: Measurement, engine: Engine) -> None:
         self._measurement, self._engine = measurement, engine
-        self._totals, self._window = _nothing(), np.zeros(1, WINDOW)
-        self._window["start"], self._window["lever"] = measurement.window_start, measurement.lever
+        self.totals, self.window = _nothing(), np.zeros(1, WINDOW)
+        self.window["start"], self.window["lever"] = measurement.window_start, measurement.lever
         if measurement.boundary_layer is not None:
-            self._window["layer"], self._window["layered"] = measurement.boundary_layer, 1.0
-        self._window["coiled"] = measurement.resistance is not None
+            self.window["layer"], self.window["layered"] = measurement.boundary_layer, 1.0
+        self.window["coiled"] = measurement.resistance is not None
 
     def add(self, logged: Logged) -> None:
         """Takes the next piece."""
         engine = self._engine
         engine.gauge(
-            engine.record(self._window),
-            engine.record(self._totals),
+            engine.record(self.window),
+            engine.record(self.totals),
             logged.time,
             engine.records(logged.desired),
             engine.records(logged.log),
@@ -154,7 +158,7 @@ class LogMeter:
 
     def result(self) -> Metrics:
         """The figures so far."""
-        return _figures(self._totals[0], self._measurement)
+        return _figures(self.totals[0], self._measurement)
 
 
 def _nothing() -> npt.NDArray[np.void]:

@@ -13,8 +13,8 @@ from spherical_wrist.experiment.description import Experiment
 from spherical_wrist.experiment.evidence import Evidence
 from spherical_wrist.metrics import Measurement, Metrics
 from spherical_wrist.plant import Perturbation
-from spherical_wrist.simulation.compiler import processor
 from spherical_wrist.simulation.outcome import Outcome
+from spherical_wrist.simulation.processor import processor
 from spherical_wrist.simulation.series import Series
 from spherical_wrist.wrist import Names, Wrist
 

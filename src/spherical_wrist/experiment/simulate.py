@@ -21,7 +21,7 @@ from spherical_wrist.simulation.nominal import Motion, peak_torque
 from spherical_wrist.simulation.outcome import Outcome, Status
 from spherical_wrist.simulation.series import Series
 from spherical_wrist.simulation.timing import Timing
-from spherical_wrist.simulation.workbench import Sampled, Workbench
+from spherical_wrist.simulation.workbench import Machine, Sampled, Workbench
 from spherical_wrist.wrist import Wrist
 
 MOST_ROWS = 20_000_000
@@ -137,37 +137,56 @@ def measured(
     Raises:
         WristError: see :func:`simulate`.
     """
-    nominal = bench.wrist(experiment.wrist_file)
-    timing = experiment.timing(nominal)
-    engine, law, seed = bench.engine, experiment.law, experiment.seed
-    drawn = guarded_motion(experiment.reference, experiment.generator_of_reference(), experiment.duration)
-    reference = Sampled(drawn, bench)
-    peak, load = 0.0, experiment.disturbance
-    measurement = experiment.measurement(nominal)
-    if load.amplitude is None and load.level > 0.0:
-        try:
-            peak = bench.value(
-                ("peak", experiment.wrist_file, drawn, timing), lambda: _peak(nominal, reference, timing, engine, stop)
-            )
-        except _StoppedError:
-            nothing = LogMeter(measurement, engine).result()
-            return Measured(Outcome(Status.INTERRUPTED, 0.0, "stopped on request"), nothing, measurement, 0.0)
-    torque = guarded_torque(load, peak, np.random.default_rng(seed))
-    disturbance = bench.sampled(("torque", load, peak, seed), torque)
-    machine = bench.machine(experiment.wrist_file, experiment.perturbation, timing)
-    parts = (law, reference, disturbance, timing, engine, experiment.start, experiment.hardware)
-    loop = ClosedLoop(nominal, nominal, *parts, bench, machine)
-    meter, outcome = LogMeter(measurement, engine), None
+    measurement = experiment.measurement(bench.wrist(experiment.wrist_file))
+    meter, outcome = LogMeter(measurement, bench.engine), None
+    try:
+        loop = closed_loop(experiment, bench, stop)
+    except _StoppedError:
+        return Measured(Outcome(Status.INTERRUPTED, 0.0, "stopped on request"), meter.result(), measurement, 0.0)
     began = time.perf_counter()
     while outcome is None:
         if stop():
-            outcome = Outcome(Status.INTERRUPTED, loop.sample * timing.control_period, "stopped on request")
+            outcome = Outcome(Status.INTERRUPTED, loop.sample * experiment.control_period, "stopped on request")
             break
         logged = loop.run(chunk)
         meter.add(logged)
         keep(loop, logged)
         outcome = loop.outcome
     return Measured(outcome, meter.result(), measurement, time.perf_counter() - began)
+
+
+def closed_loop(
+    experiment: Experiment,
+    bench: Workbench,
+    stop: Callable[[], bool] = lambda: False,
+    machine: Callable[[Timing], Machine] | None = None,
+) -> ClosedLoop:
+    """The closed loop that an experiment describes, at its start.
+
+    Args:
+        experiment: what to run.
+        bench: what it shares with others on the same thread.
+        stop: asked now and then whether to stop sizing the disturbance.
+        machine: makes plant and nominal model, where they are not to be those of the bench.
+
+    Raises:
+        WristError: see :func:`simulate`.
+    """
+    nominal = bench.wrist(experiment.wrist_file)
+    timing = experiment.timing(nominal)
+    engine, law, seed = bench.engine, experiment.law, experiment.seed
+    drawn = guarded_motion(experiment.reference, experiment.generator_of_reference(), experiment.duration)
+    reference = Sampled(drawn, bench)
+    peak, load = 0.0, experiment.disturbance
+    if load.amplitude is None and load.level > 0.0:
+        peak = bench.value(
+            ("peak", experiment.wrist_file, drawn, timing), lambda: _peak(nominal, reference, timing, engine, stop)
+        )
+    torque = guarded_torque(load, peak, np.random.default_rng(seed))
+    disturbance = bench.sampled(("torque", load, peak, seed), torque)
+    made = machine(timing) if machine else bench.machine(experiment.wrist_file, experiment.perturbation, timing)
+    parts = (law, reference, disturbance, timing, engine, experiment.start, experiment.hardware)
+    return ClosedLoop(nominal, nominal, *parts, bench, made)
 
 
 class _StoppedError(Exception):

@@ -21,6 +21,7 @@ from spherical_wrist.simulation.instant import model_ahead, sense
 from spherical_wrist.simulation.logged import Logged
 from spherical_wrist.simulation.nominal import Motion, NominalModel
 from spherical_wrist.simulation.outcome import Outcome, Status
+from spherical_wrist.simulation.parts import Inputs, Parts, Source
 from spherical_wrist.simulation.series import Series
 from spherical_wrist.simulation.timing import Timing
 from spherical_wrist.simulation.workbench import Machine, Workbench, machine_of
@@ -93,12 +94,14 @@ class ClosedLoop:
         drop_step_timer()
         self.sample = 0
         self.outcome: Outcome | None = None
-        self._wrist, self._law, self._reference, self._disturbance = plant, law, reference, disturbance
+        self._wrist, self._law, self._reference = plant, law, reference
         self._timing, self._engine = timing, engine
         self._hardware = hardware or Hardware()
         sensing, actuation, seed = self._hardware
         self._settings = _settings(law, timing, actuation)
-        self._samples = Samples(sensing, timing.control_period, seed)
+        samples = Samples(sensing, timing.control_period, seed)
+        ahead = float(self._settings["ahead"][0])
+        self._source = Source(timing, reference, disturbance, samples, sensing.timestamped, ahead)
         self._sensor = sensor_of(sensing, timing.control_period)
         limits, periods = (plant.lower, plant.upper), (timing.control_period, timing.physics_period)
         self._drive = drive_of(actuation, plant.motors, *limits, *periods, seed)
@@ -141,50 +144,41 @@ class ClosedLoop:
         timing, engine = self._timing, self._engine
         samples = min(samples, max(1, MOST_STEPS // timing.substeps))
         last = min(self.sample + samples, timing.samples) if self.outcome is None else self.sample
-        time = timing.instants(self.sample, last)
-        desired = self._reference.motion(time)
-        faults = self._samples.draw(time)
-        aged = self._hardware.sensing.timestamped and bool(faults["age"].any())
-        seen = self._reference.motion(time - faults["age"]) if aged else desired
-        ahead = float(self._settings["ahead"][0])
-        later = self._reference.motion(time + ahead) if ahead > 0.0 else desired
-        disturbance = self._disturbance(timing.steps(self.sample, last))
-        log = self._bench.log(len(time))
-        states = np.empty((len(time), self._law.state_size))
-        currents = np.empty((len(time), len(self._drive.coils)))
+        inputs = self.draw(self.sample, last)
+        log = self._bench.log(last - self.sample)
+        states = np.empty((len(log), self._law.state_size))
+        currents = np.empty((len(log), len(self._drive.coils)))
         self._settings["first"] = self.sample
+        arguments = (*self.parts.handed(engine, inputs), engine.records(log), states, currents)
         try:
             with warnings_kept_in_data():
-                progress = engine.close_loop(
-                    self._step,
-                    self._parameters,
-                    self._state,
-                    self._plant,
-                    self._nominal.handles,
-                    self._sensor._replace(settings=engine.record(self._sensor.settings)),
-                    self._drive._replace(settings=engine.record(self._drive.settings)),
-                    engine.record(self._settings),
-                    engine.records(desired),
-                    engine.records(seen),
-                    engine.records(later),
-                    engine.records(faults),
-                    disturbance,
-                    engine.record(self._signal),
-                    engine.record(self._command),
-                    engine.records(log),
-                    states,
-                    currents,
-                )
+                progress = engine.close_loop(*arguments)
         except Exception as error:  # nothing in the loop raises but a law, which may raise anything
-            self._blame(f"raised {type(error).__name__}: {one_line(error)}")
-        self.sample += progress.logged
-        self._conclude(progress.status)
-        return Logged(time, desired, disturbance[:: timing.substeps], log, states, currents).first(progress.logged)
+            self.blame(f"raised {type(error).__name__}: {one_line(error)}")
+        self.conclude(*progress)
+        rows = (inputs.time, inputs.desired, inputs.disturbance[:: timing.substeps], log, states, currents)
+        return Logged(*rows).first(progress.logged)
 
-    def _conclude(self, status: int) -> None:
+    def draw(self, first: int, last: int) -> Inputs:
+        """The inputs of the control instants ``first`` up to but not including ``last``; each once, in turn."""
+        return self._source.draw(first, last)
+
+    @property
+    def parts(self) -> Parts:
+        """What the loop works on."""
+        rest = (self._sensor, self._drive, self._settings, self._signal, self._command)
+        return Parts(self._step, self._parameters, self._state, self._plant, self._nominal.handles, *rest)
+
+    def conclude(self, logged: int, status: int) -> None:
+        """Takes how far the loop came in so many more control periods, and why it stopped; sets ``outcome``.
+
+        Raises:
+            LawError: the law wrote a torque that is not finite.
+        """
+        self.sample += logged
         time = self.sample * self._timing.control_period
         if status == loop.NO_TORQUE:
-            self._blame("wrote a torque that is not finite")
+            self.blame("wrote a torque that is not finite")
         if status == loop.TOO_FAST:
             speed = float(np.linalg.norm(self._data.qvel))
             reason = f"the wrist turns at {speed:.4g} rad/s, beyond {RATE_LIMIT:g} rad/s"
@@ -194,7 +188,7 @@ class ClosedLoop:
         elif self.sample == self._timing.samples:
             self.outcome = Outcome(Status.COMPLETED, time)
 
-    def _blame(self, fault: str) -> NoReturn:
+    def blame(self, fault: str) -> NoReturn:
         """Raises a LawError for the present instant, in the law's own words where one plain step shows them."""
         check_step(self._law, self._signal, self._state)
         time = float(self._signal["time"][0])

@@ -18,17 +18,17 @@ from typing import Any
 
 import mujoco
 import numpy as np
+import numpy.typing as npt
 
-from spherical_wrist.actuation.drive import DRIVE, Drive
-from spherical_wrist.control.contract import COMMAND, SIGNAL, Law
-from spherical_wrist.dynamics import MOTION, Nominal, inverse_dynamics, pointer
+from spherical_wrist.control.contract import Law
+from spherical_wrist.dynamics import inverse_dynamics, pointer
 from spherical_wrist.errors import LawError, one_line
 from spherical_wrist.libmujoco import library
-from spherical_wrist.sensing.measure import SENSOR, Sensor
-from spherical_wrist.sensing.samples import SAMPLE
-from spherical_wrist.simulation.gauge import TOTALS, WINDOW, gauge
-from spherical_wrist.simulation.loop import LOG, SETTINGS, Plant, close_loop
+from spherical_wrist.simulation.gauge import gauge
+from spherical_wrist.simulation.intrinsics import intrinsics
+from spherical_wrist.simulation.loop import close_loop
 from spherical_wrist.simulation.physics import ARGUMENTS
+from spherical_wrist.simulation.signatures import arrays, signatures
 
 Function = Callable[..., Any]
 
@@ -45,30 +45,12 @@ def _numba() -> Any:
 
 @cache
 def _signatures() -> Any:
-    numba = _numba()
-    t = numba.core.types
-    vector, matrix = t.Array(t.float64, 1, "C"), t.Array(t.float64, 2, "C")
-    record = numba.from_dtype
-    plant = t.NamedTuple([t.intp, t.intp, vector, vector, vector, vector, t.Array(t.int32, 1, "A")], Plant)
-    nominal = t.NamedTuple([t.intp, t.intp, vector, vector, vector], Nominal)
-    sensor = t.NamedTuple([record(SENSOR), matrix], Sensor)
-    drive = t.NamedTuple([record(DRIVE), vector, vector, matrix, vector, vector, matrix], Drive)
-    motion, sample, log = (t.Array(record(dtype), 1, "C") for dtype in (MOTION, SAMPLE, LOG))
-    law = t.void(record(SIGNAL), vector, vector, record(COMMAND))
-    loop = (
-        t.FunctionType(law), vector, vector, plant, nominal, sensor, drive, record(SETTINGS),
-        motion, motion, motion, sample, matrix, record(SIGNAL), record(COMMAND), log, matrix, matrix,
-    )  # fmt: skip
-    inverse, gauged = (nominal, motion, matrix, matrix), (record(WINDOW), record(TOTALS), vector, motion, log, matrix)
-    return types.SimpleNamespace(law=law, loop=loop, inverse=inverse, gauge=gauged)
+    return signatures(_numba())
 
 
-def processor() -> str:
-    """What code is compiled for here: another processor may round in other places."""
-    _numba()
-    from llvmlite.binding import get_host_cpu_name
-
-    return str(get_host_cpu_name())
+@cache
+def _intrinsics() -> dict[Function, Any]:
+    return intrinsics(_numba(), _signatures().law)
 
 
 def _address(array: Any) -> Any:
@@ -120,6 +102,8 @@ class _Source:
             words = [t.intp] * ARGUMENTS[name]
             return t.ExternalFunction(name, t.void(*words))
         if isinstance(value, types.FunctionType):
+            if value in _intrinsics():
+                return _intrinsics()[value]
             if value in self.open:
                 raise LawError(f"{name} calls itself, which cannot be compiled: write a loop")
             if value not in self.compiled:
@@ -184,10 +168,17 @@ def compiled_gauge() -> Any:
         return _compiled_once(gauge, "gauge")
 
 
+def compiled(function: Function, *kinds: npt.DTypeLike) -> Any:
+    """A function of arrays compiled: contiguous ones, of one dimension of records, of two of numbers."""
+    with _compiling:
+        return _compiled_once(function, kinds)
+
+
 @cache
-def _compiled_once(function: Function, signature: str) -> Any:
-    source = _Source()
-    return _compile(source.translate(function), getattr(_signatures(), signature), source)
+def _compiled_once(function: Function, signature: Any) -> Any:
+    source, named = _Source(), isinstance(signature, str)
+    arguments = getattr(_signatures(), signature) if named else arrays(_numba(), signature)
+    return _compile(source.translate(function), arguments, source)
 
 
 _laws: dict[tuple[Function, np.dtype[Any]], Any] = {}
@@ -226,6 +217,12 @@ def compiled_law(law: Law) -> Any:
 # stand-ins for what compiled_law puts in their place, law by law
 _LAYOUT: Any = None
 _step: Any = None
+
+
+def law_address(law: Law) -> int:
+    """Where a law's compiled step lies, for :func:`spherical_wrist.simulation.addresses.law_at`."""
+    result = compiled_law(law).get_compile_result(_signatures().law)
+    return int(result.library.get_pointer_to_function(result.fndesc.llvm_func_name))
 
 
 def _unpack_and_step(signal: Any, packed: Any, state: Any, command: Any) -> None:

@@ -3,7 +3,7 @@
 from typing import Any
 
 from spherical_wrist.dynamics import Nominal, evaluate
-from spherical_wrist.so3 import advance, attitude_error, feed_forward, rate_error
+from spherical_wrist.so3 import State, advance, attitude_error, feed_forward, rate_error
 
 
 def sense(signal: Any, settings: Any, k: int, q: Any, rate: Any, desired: Any, rate_age: float) -> None:
@@ -38,15 +38,32 @@ def sense(signal: Any, settings: Any, k: int, q: Any, rate: Any, desired: Any, r
 def model_ahead(
     signal: Any, rate_scale: float, nominal: Nominal, q: Any, rate: Any, desired: Any, ahead: Any, horizon: float
 ) -> None:
-    """Writes feed-forward, H and N, at the state predicted for ``horizon`` seconds after the measured one.
+    """Writes feed-forward, H and N, at the state that :func:`predict` finds.
+
+    Args:
+        signal: written.
+        rate_scale: multiplies the rate at which N is evaluated; 0 leaves gravity.
+        nominal: the nominal model.
+        q: measured attitude.
+        rate: measured rate [rad/s].
+        desired: the reference, as MOTION, at the time of the measurement.
+        ahead: the reference at the time that is predicted.
+        horizon: from the one to the other [s]; 0 for no prediction.
+    """
+    then = predict(signal, q, rate, desired, ahead, horizon)
+    w = then.rate
+    scaled = (rate_scale * w[0], rate_scale * w[1], rate_scale * w[2])
+    evaluate(nominal, then.attitude, scaled, signal.H, signal.N)
+
+
+def predict(signal: Any, q: Any, rate: Any, desired: Any, ahead: Any, horizon: float) -> State:
+    """Writes the feed-forward at the state predicted for ``horizon`` seconds after the measured one, and returns that.
 
     The torque is held over the whole period, so the model is best evaluated for the middle of it. The prediction takes
     the feed-forward at the measured state for the acceleration until then.
 
     Args:
         signal: written.
-        rate_scale: multiplies the rate at which N is evaluated; 0 leaves gravity.
-        nominal: the nominal model.
         q: measured attitude.
         rate: measured rate [rad/s].
         desired: the reference, as MOTION, at the time of the measurement.
@@ -62,4 +79,4 @@ def model_ahead(
     signal.horizon = horizon
     for i in range(3):
         signal.feed_forward[i] = then[i]
-    evaluate(nominal, q, (rate_scale * rate[0], rate_scale * rate[1], rate_scale * rate[2]), signal.H, signal.N)
+    return State(q, rate)

@@ -14,7 +14,7 @@ from spherical_wrist.actuation.drive import Drive, ask, make, motor_torque
 from spherical_wrist.dynamics import Array, Nominal
 from spherical_wrist.sensing.measure import Sensor, measure
 from spherical_wrist.simulation.instant import model_ahead, sense
-from spherical_wrist.so3 import attitude_error, rate_error
+from spherical_wrist.so3 import Quaternion, Vector3, attitude_error, rate_error
 
 LOG = np.dtype(
     [
@@ -125,15 +125,9 @@ def close_loop(
         p, w = plant.qpos, plant.qvel
         q = (p[0], p[1], p[2], p[3])
         rate = (w[0], w[1], w[2])
-        attitude, turning, age, rate_age = q, rate, 0.0, 0.0
-        if measured.perfect < 0.5:
-            measure(sensor, samples[k], settings.first + k, q, rate)
-            m, v = measured.attitude, measured.rate
-            attitude, turning, age = (m[0], m[1], m[2], m[3]), (v[0], v[1], v[2]), samples[k].age
-            age, rate_age = age * measured.timestamped, measured.rate_age * measured.timestamped
-        sense(signal, settings, k, attitude, turning, seen[k], rate_age)
-        horizon = settings.ahead + age if settings.ahead > 0.0 else 0.0
-        model_ahead(signal, settings.rate_scale, nominal, attitude, turning, seen[k], ahead[k], horizon)
+        view = look(signal, settings, k, q, rate, sensor, samples[k], seen[k])
+        attitude, turning, age = view.attitude, view.rate, view.age
+        model_ahead(signal, settings.rate_scale, nominal, attitude, turning, seen[k], ahead[k], view.horizon)
         for i in range(states.shape[1]):
             states[k, i] = state[i]
         for i in range(3):
@@ -168,6 +162,48 @@ def close_loop(
         if speed > settings.rate_limit:
             return Progress(k + 1, TOO_FAST)
     return Progress(len(desired), RUNNING)
+
+
+class View(NamedTuple):
+    """What the controller sees at a control instant.
+
+    Attributes:
+        attitude: measured.
+        rate: measured [rad/s].
+        age: what is known of the age of both [s].
+        horizon: how far ahead of them the law wants its model [s].
+    """
+
+    attitude: Quaternion
+    rate: Vector3
+    age: float
+    horizon: float
+
+
+def look(
+    signal: Any, settings: Any, k: int, q: Quaternion, rate: Vector3, sensor: Sensor, sample: Any, seen: Any
+) -> View:
+    """Takes the sample of control instant k of this call, and writes what is measured, desired and the errors.
+
+    Args:
+        signal: written.
+        settings: a SETTINGS record.
+        k: number of the instant.
+        q: true attitude.
+        rate: true rate [rad/s].
+        sensor: takes the sample.
+        sample: its faults, a SAMPLE record.
+        seen: the reference, as MOTION, at the time of the sample in force.
+    """
+    measured = sensor.settings
+    attitude, turning, age, rate_age = q, rate, 0.0, 0.0
+    if measured.perfect < 0.5:
+        measure(sensor, sample, settings.first + k, q, rate)
+        m, v = measured.attitude, measured.rate
+        attitude, turning, age = (m[0], m[1], m[2], m[3]), (v[0], v[1], v[2]), sample.age
+        age, rate_age = age * measured.timestamped, measured.rate_age * measured.timestamped
+    sense(signal, settings, k, attitude, turning, seen, rate_age)
+    return View(attitude, turning, age, settings.ahead + age if settings.ahead > 0.0 else 0.0)
 
 
 def record(row: Any, signal: Any, command: Any, torque: Any, condition: float) -> None:

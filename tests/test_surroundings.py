@@ -1,0 +1,129 @@
+"""The command in surroundings that are not as usual: streams, letters, folders, names, and others who write there."""
+
+import json
+import os
+import subprocess
+import sys
+
+import pytest
+
+from spherical_wrist import load_recording
+from spherical_wrist.cli import main
+from spherical_wrist.errors import RecordingError
+
+CODE = "from spherical_wrist.cli import main; main()"
+RUN = ("run", "--duration", "0.1")
+
+
+def wrist(*arguments, cwd, shell="", flags=(), without=(), **environment):
+    """Runs the command; ``shell`` is what follows it in a shell."""
+    names = {name: value for name, value in os.environ.items() if name not in without}
+    full = [sys.executable, *flags, "-c", CODE, *arguments]
+    if shell:
+        full = ["bash", "-c", f'"$@" {shell}', "bash", *full]
+    return subprocess.run(
+        full, cwd=cwd, env={**names, **environment}, capture_output=True, check=False, stdin=subprocess.DEVNULL
+    )
+
+
+def one_line(done):
+    text = done.stderr.decode()
+    assert done.returncode == 2, text
+    assert text.startswith("wrist: error: ")
+    assert text.count("\n") == 1
+    return text
+
+
+@pytest.mark.parametrize("arguments", [("--version",), ("list", "--json")], ids=str)
+def test_output_that_nobody_takes(tmp_path, arguments):
+    assert "output cannot be written: No space" in one_line(wrist(*arguments, cwd=tmp_path, shell="> /dev/full"))
+    closed = wrist(*arguments, cwd=tmp_path, shell=">&-")
+    assert (closed.returncode, closed.stderr) == (0, b"")
+
+
+def test_errors_that_nobody_takes(tmp_path):
+    for shell in ("2>&-", "2>/dev/full"):
+        done = wrist("run", "--law", "none", cwd=tmp_path, shell=shell)
+        assert (done.returncode, done.stdout) == (2, b"")
+
+
+def test_what_libraries_print_does_not_go_into_the_file_where_the_output_is_closed(tmp_path):
+    assert wrist(*RUN, "-o", "a.rrd", cwd=tmp_path, shell=">&- 2>&- <&-").returncode == 0
+    assert len(load_recording(tmp_path / "a.rrd")) == 100
+
+
+def test_letters_that_the_output_does_not_have(tmp_path):
+    ascii_only = {"PYTHONIOENCODING": "ascii", "LC_ALL": "C"}
+    table = wrist(*RUN, "-o", "τ.rrd", cwd=tmp_path, **ascii_only)
+    assert (table.returncode, table.stderr) == (0, b"")
+    assert b"attitude error, RMS" in table.stdout
+    told = wrist(*RUN, "-o", "τ.rrd", "--json", cwd=tmp_path, **ascii_only)
+    assert json.loads(told.stdout)["recording"] == "τ.rrd"
+
+
+def test_a_narrow_terminal_cuts_no_figures(tmp_path):
+    done = wrist(*RUN, "--no-recording", cwd=tmp_path, COLUMNS="20", TERM="dumb")
+    assert "attitude error, RMS" in done.stdout.decode()
+    assert "…" not in done.stdout.decode()
+
+
+def test_nowhere_to_keep_a_cache(tmp_path):
+    """No home, and no folder that could be written to: it compiles, and says nothing about it."""
+    nowhere = {"HOME": "/proc/nowhere", "NUMBA_CACHE_DIR": "/proc/nowhere", "XDG_CACHE_HOME": "/proc/nowhere"}
+    done = wrist(*RUN, "-o", "a.rrd", cwd=tmp_path, without=("MPLCONFIGDIR",), PYTHONDONTWRITEBYTECODE="1", **nowhere)
+    assert (done.returncode, done.stderr) == (0, b"")
+    assert [path.name for path in tmp_path.iterdir()] == ["a.rrd"]
+
+
+def test_without_docstrings_and_assertions(tmp_path):
+    done = wrist(*RUN, "-o", "a.rrd", cwd=tmp_path, flags=["-OO"])
+    assert (done.returncode, done.stderr) == (0, b"")
+    assert len(load_recording(tmp_path / "a.rrd")) == 100
+
+
+def test_a_working_directory_that_was_deleted(tmp_path):
+    gone = tmp_path / "gone"
+    code = f"import os; os.mkdir('gone'); os.chdir('gone'); os.rmdir({str(gone)!r}); {CODE}"
+    for arguments in (["-o", "a.rrd"], ["--no-recording", "--model", "a.xml"]):
+        command = [sys.executable, "-c", code, *RUN, *arguments]
+        done = subprocess.run(command, cwd=tmp_path, capture_output=True, check=False)
+        text = one_line(done)
+        assert "No such file or directory" in text or "working directory was deleted" in text
+
+
+NAMES = ["a b.rrd", "τ·µ.rrd", "a\nb.rrd", "-a.rrd", "'\".rrd", "a" * 251 + ".rrd"]
+
+
+def test_any_name_of_a_file(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for name in NAMES:
+        monkeypatch.setattr(sys, "argv", ["wrist", *RUN, "-o", name])
+        with pytest.raises(SystemExit) as end:
+            main()
+        assert end.value.code == 0
+        assert len(load_recording(name)) == 100
+    assert sorted(path.name for path in tmp_path.iterdir()) == sorted(NAMES)
+
+
+def test_a_recording_whose_name_has_no_letters(tmp_path):
+    """It is written, and printing its name is no reason to fail; but Rerun cannot open it."""
+    name = os.fsdecode(b"\xff.rrd")
+    assert wrist(*RUN, "-o", name, cwd=tmp_path).returncode == 0
+    with pytest.raises(RecordingError, match="rename it"):
+        load_recording(tmp_path / name)
+    (tmp_path / name).rename(tmp_path / "a.rrd")
+    assert len(load_recording(tmp_path / "a.rrd")) == 100
+
+
+def test_a_model_whose_name_has_no_letters(tmp_path):
+    (tmp_path / os.fsdecode(b"\xff.xml")).write_text("<mujoco/>")
+    assert "rename it" in one_line(wrist(*RUN, "--model", b"\xff.xml", "--no-recording", cwd=tmp_path))
+
+
+def test_two_runs_at_once_onto_one_file(tmp_path):
+    command = [sys.executable, "-c", CODE, "run", "-o", "a.rrd", "--duration"]
+    quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.PIPE}
+    both = [subprocess.Popen([*command, duration], cwd=tmp_path, **quiet) for duration in ("0.1", "0.2")]
+    assert [process.communicate()[1] for process in both] == [b"", b""]
+    assert [path.name for path in tmp_path.iterdir()] == ["a.rrd"]
+    assert len(load_recording(tmp_path / "a.rrd")) in (100, 200)
