@@ -32,7 +32,8 @@ def view(
     """Show a recording in the Rerun viewer, until it is closed: the wrist as it moves, and everything over time.
 
     Without a recording: an empty viewer that waits for wrist run --live. Where a viewer is open already, it shows the
-    recording as one more. Everything listens on this machine only, and no telemetry is sent.
+    recording as one more. Everything listens on this machine only, and no telemetry is sent; but the window, as any of
+    Rerun's, asks GitHub whether there is a newer version (its settings can switch that off). The page asks nobody.
 
     A picture is taken by the same viewer without a display. Exit code: 0 shown, 1 where the viewer complains of a view
     in the picture, 2 wrong input or no viewer, 130 or 143 stopped by a signal.
