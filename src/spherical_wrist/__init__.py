@@ -1,8 +1,10 @@
 """A MuJoCo simulation and control bench for a surgical wrist on a ball joint.
 
-The names below are loaded when they are first used, so that importing the package costs nothing.
+The names below are loaded when they are first used, so that importing the package costs nothing. Where Gymnasium is
+imported already, importing this package registers its environments.
 """
 
+import sys
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
@@ -35,3 +37,7 @@ def __getattr__(name: str) -> Any:
 
 def __dir__() -> list[str]:
     return __all__
+
+
+if "gymnasium" in sys.modules:
+    import_module(f"{__name__}.environment")

@@ -95,7 +95,7 @@ class Episode:
         row["model"], row["data"] = plant.model, plant.data
         row["nominal_model"], row["nominal_data"] = nominal.model, nominal.data
         row["left"], row["frame"] = self.samples, task.frame_skip
-        gravity = task.nominal.model.opt.gravity
+        gravity = task.nominal.model.opt.gravity @ task.nominal.mount
         row["gravity"] = gravity / (np.linalg.norm(gravity) or 1.0)
         row["lever"] = task.nominal.lever
         pay, limits = task.reward, task.limits

@@ -14,9 +14,12 @@ from gymnasium.utils import EzPickle
 from spherical_wrist.environment.fleet import Fleet
 from spherical_wrist.environment.spaces import action_space, observation_space, render_mode_of
 from spherical_wrist.environment.task import Task
+from spherical_wrist.environment.view import View
 from spherical_wrist.experiment.description import Experiment
 
 Array = npt.NDArray[np.float64]
+
+RENDER_MODES = ["rgb_array"]
 
 
 class TrackEnv(gymnasium.Env[npt.NDArray[Any], npt.NDArray[Any]], EzPickle):
@@ -45,7 +48,7 @@ class TrackEnv(gymnasium.Env[npt.NDArray[Any], npt.NDArray[Any]], EzPickle):
         terminate_beyond: ``tip_error_mm`` and ``error_rad``, true errors at which an episode ends.
         gains: names of the gains that are set; all of them where nothing is given.
         gain_factor: the largest that a gain is multiplied or divided by.
-        render_mode: ``"rgb_array"`` for pictures.
+        render_mode: ``"rgb_array"`` for pictures by :meth:`render`, which need OpenGL but no screen.
 
     Attributes:
         observation_names: names of the numbers of an observation; see :mod:`spherical_wrist.environment.observation`.
@@ -56,6 +59,8 @@ class TrackEnv(gymnasium.Env[npt.NDArray[Any], npt.NDArray[Any]], EzPickle):
     Raises:
         WristError: an argument is not valid; in one line.
     """
+
+    metadata: dict[str, Any] = {"render_modes": RENDER_MODES, "render_fps": 1000.0}  # noqa: RUF012 as Gymnasium has it
 
     def __init__(
         self,
@@ -72,7 +77,10 @@ class TrackEnv(gymnasium.Env[npt.NDArray[Any], npt.NDArray[Any]], EzPickle):
         given = (experiment, action, frame_skip, randomize, reward, terminate_beyond, gains, gain_factor)
         EzPickle.__init__(self, *given, render_mode)
         self._task = Task.of(*given)
-        self.render_mode = render_mode_of(render_mode, self.metadata["render_modes"])
+        self.render_mode = render_mode_of(render_mode, RENDER_MODES)
+        frame = self._task.frame_skip * self._task.experiment.control_period
+        self.metadata = {**self.metadata, "render_fps": 1.0 / frame}
+        self._view = View(self._task.nominal)
         self._fleet = Fleet(self._task, 1)
         self.action_space: Space[npt.NDArray[Any]] = action_space(self._task)
         self.observation_space: Space[npt.NDArray[Any]] = observation_space(self._task)
@@ -111,6 +119,21 @@ class TrackEnv(gymnasium.Env[npt.NDArray[Any], npt.NDArray[Any]], EzPickle):
         ends = bool(result["terminated"]), bool(result["truncated"])
         return fleet.observations[0].copy(), float(result["reward"]), *ends, info | fleet.infos.get(0, {})
 
+    def render(self) -> Any:
+        """A picture (480, 640, 3) of the wrist now, with a ghost where it is to be; None without a render mode.
+
+        Raises:
+            ResetNeeded: no episode has begun.
+            FilmError: there is no OpenGL here.
+        """
+        if self.render_mode is None:
+            return None
+        if not self._fleet.episodes:
+            raise ResetNeeded("there is nothing to see yet: call reset() first")
+        attitude = self._fleet.episodes[0].loop.parts.plant.qpos
+        return self._view.picture(attitude.copy(), self._fleet.info(0)["error"])
+
     def close(self) -> None:
         """Ends what the environment has running."""
+        self._view.close()
         self._fleet.close()
