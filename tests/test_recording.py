@@ -16,11 +16,12 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
+from spherical_wrist import files
 from spherical_wrist.actuation import Ideal as IdealActuation
 from spherical_wrist.actuation import SphericalMotor
 from spherical_wrist.errors import RecordingError
 from spherical_wrist.plant import Perturbation, perturbed
-from spherical_wrist.recording import files, read_recording, summary, write_recording
+from spherical_wrist.recording import read_recording, summary, write_recording
 from spherical_wrist.recording.geometry import visible_geoms
 from spherical_wrist.recording.hardware import hardware_curves
 from spherical_wrist.recording.layout import HARDWARE
