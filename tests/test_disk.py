@@ -10,10 +10,12 @@ import shutil
 import subprocess
 import sys
 from contextlib import contextmanager
+from functools import cache
 
 import pytest
 
 from spherical_wrist.cli import main
+from spherical_wrist.paper import report
 from spherical_wrist.recording.seal import check_seal
 
 COMMANDS = {
@@ -39,6 +41,12 @@ duration = 0.1
 [vary]
 mass_scale = { uniform = [0.5, 1.5] }
 """
+
+
+_draw = report.figures.files
+evaluated = cache(report.evaluate)
+drawn = cache(lambda: _draw(evaluated()))
+"""What takes long in ``wrist paper``, once; how it is written is what counts here."""
 
 
 class Disk:
@@ -90,6 +98,8 @@ def mounted(path):
 def wrist(capfd, monkeypatch, tmp_path):
     """Runs the command here; gives its exit code and what it said."""
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(report, "evaluate", evaluated)
+    monkeypatch.setattr(report.figures, "files", lambda found: drawn())
     (tmp_path / "campaign.toml").write_text(CAMPAIGN)
 
     def command(text):
