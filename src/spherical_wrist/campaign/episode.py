@@ -48,8 +48,10 @@ def changed(base: Experiment, values: Mapping[str, Any]) -> Experiment:
         ParameterError: a value is not valid.
     """
     whole = {name: value for name, value in values.items() if "." not in name}
-    base = base.replaced(**whole) if whole else base
     named = {name: value for name, value in values.items() if name.endswith(".name") and name.count(".") == 1}
+    if not named and not whole.keys() & {name.partition(".")[0] for name in values if "." in name}:
+        return _with(base, values) if values else base
+    base = base.replaced(**whole) if whole else base
     if named:
         parts = {name: getattr(base, name).model_dump() for name in _firsts(base, named)}
         base = base.replaced(**with_changes(parts, named))

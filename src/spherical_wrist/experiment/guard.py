@@ -31,20 +31,20 @@ JUMPS = 0.1
 """Fraction of the instants that may fail: a motion may jump now and then, as a step does."""
 
 
-def guarded_motion(reference: Reference, draw: np.random.Generator, duration: float) -> Motion:
+def guarded_motion(reference: Reference, draw: Callable[[], np.random.Generator], duration: float) -> Motion:
     """The drawn reference; of one from a user's own file, checked whenever it is asked for a motion.
 
     Args:
         reference: as the experiment describes it.
-        draw: generator of what is random in it.
+        draw: makes the generator of what is random in it.
         duration: of the run [s].
 
     Raises:
         ParameterError: the user's code raises, or its motion is not one.
     """
     if not type(reference).files:
-        return reference.drawn(draw)
-    drawn = _called(reference, lambda: reference.drawn(draw))
+        return reference if type(reference).drawn is Reference.drawn else reference.drawn(draw())
+    drawn = _called(reference, lambda: reference.drawn(draw()))
     guarded = _GuardedMotion(drawn)
     _check_derivatives(guarded, np.linspace(2.0 * SPACING, max(duration, 4.0 * SPACING), INSTANTS))
     return guarded

@@ -175,7 +175,7 @@ def closed_loop(
     nominal = bench.wrist(experiment.wrist_file)
     timing = experiment.timing(nominal)
     engine, law, seed = bench.engine, experiment.law, experiment.seed
-    drawn = guarded_motion(experiment.reference, experiment.generator_of_reference(), experiment.duration)
+    drawn = guarded_motion(experiment.reference, experiment.generator_of_reference, experiment.duration)
     reference = Sampled(drawn, bench)
     peak, load = 0.0, experiment.disturbance
     if load.amplitude is None and load.level > 0.0:

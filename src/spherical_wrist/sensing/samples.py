@@ -1,5 +1,6 @@
 """What chance does to the samples, drawn before they are taken."""
 
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -25,17 +26,18 @@ class Samples:
 
     def __init__(self, sensing: Sensing, period: float, seed: int) -> None:
         self._sensing, self._period = sensing, period
-        self._noise, self._loss = (np.random.default_rng([seed, 1, part]) for part in range(2))
+        if not sensing.perfect:
+            self._noise, self._loss = (np.random.default_rng([seed, 1, part]) for part in range(2))
         self._missing = 0  # how many samples in a row were lost at the end of the last piece
         self._drawn = 0
 
     def draw(self, time: npt.NDArray[np.float64]) -> npt.NDArray[Any]:
         """The faults of the samples at the next control instants ``time`` [s], (n,), as an array of SAMPLE."""
         count = len(time)
-        samples = np.zeros(count, SAMPLE)
         how = self._sensing
         if how.perfect:
-            return samples
+            return _faultless(count)
+        samples = np.zeros(count, SAMPLE)
         unit = self._noise.standard_normal((count, 6))
         samples["attitude_noise"] = how.attitude_noise * unit[:, :3]
         samples["rate_noise"] = how.rate_noise * unit[:, 3:] + np.array(how.rate_bias)
@@ -49,3 +51,9 @@ class Samples:
         samples["age"] = np.minimum(how.delay + self._period * missing, time)
         self._missing, self._drawn = int(missing[-1]) if count else self._missing, self._drawn + count
         return samples
+
+
+@lru_cache(maxsize=4)
+def _faultless(count: int) -> npt.NDArray[Any]:
+    """Samples without a fault, the same array for every run: nobody writes into it."""
+    return np.zeros(count, SAMPLE)

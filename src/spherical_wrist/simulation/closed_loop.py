@@ -101,7 +101,8 @@ class ClosedLoop:
         self._settings = _settings(law, timing, actuation)
         samples = Samples(sensing, timing.control_period, seed)
         ahead = float(self._settings["ahead"][0])
-        self._source = Source(timing, reference, disturbance, samples, sensing.timestamped, ahead)
+        aged = sensing.timestamped and not sensing.perfect
+        self._source = Source(timing, reference, disturbance, samples, aged, ahead)
         self._sensor = sensor_of(sensing, timing.control_period)
         limits, periods = (plant.lower, plant.upper), (timing.control_period, timing.physics_period)
         self._drive = drive_of(actuation, plant.motors, *limits, *periods, seed)

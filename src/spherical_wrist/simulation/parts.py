@@ -79,7 +79,7 @@ class Source(NamedTuple):
         reference: desired motion.
         disturbance: torque on the plant's joint.
         samples: the faults of the samples.
-        timestamped: the controller knows the age of what it sees.
+        timestamped: the controller sees something old, and knows its age.
         ahead: how far ahead of an instant the law wants its model [s]; 0 for none.
     """
 
