@@ -59,7 +59,11 @@ class Command:
         ready, _, _ = select.select([process.stdout], [], [], SOON)
         line = process.stdout.readline() if ready else b""
         if line:
-            return Answer(*json.loads(line))
+            answer = Answer(*json.loads(line))
+            if answer.memory >= MEMORY:  # a process remembers its peak: the next command is not to be blamed for it
+                self.close()
+                self._process = None
+            return answer
         if not ready:
             process.kill()
         code = process.wait()

@@ -57,8 +57,18 @@ def listening():
         yield found
 
 
+OTHERS = set()
+"""Processes that tests of other files have left to this one, such as the helpers of multiprocessing."""
+
+
+@pytest.fixture(scope="module", autouse=True)
+def others():
+    OTHERS.update(psutil.Process().children(recursive=True))
+
+
 def children():
-    return [child for child in psutil.Process().children(recursive=True) if child.name() != "rerun"]
+    everyone = set(psutil.Process().children(recursive=True)) - OTHERS
+    return [child for child in everyone if child.name() != "rerun"]
 
 
 def bits(run):

@@ -35,7 +35,7 @@ nitpick_ignore_regex = [
         r"(?!spherical_wrist\b)([a-z_]\w*|PIL)(\.\w+)+",
     ),
     (r"py:class", r"NDArray|void|u?(float|int)\d+"),
-    (r"py:exc", r"CancelledError"),
+    (r"py:exc", r"CancelledError|ResetNeeded"),
     (r"py:class", r"spherical_wrist\..*\.(Item|Made|Result|Task)"),
 ]
 

@@ -5,6 +5,7 @@ from typing import Annotated
 
 import typer
 
+from spherical_wrist.cli import completion
 from spherical_wrist.cli.app import Option, app
 
 Json = Annotated[bool, Option("--json", help="print one JSON object and nothing else")]
@@ -12,7 +13,10 @@ Json = Annotated[bool, Option("--json", help="print one JSON object and nothing 
 
 @app.command()
 def inspect(
-    recording: Annotated[Path, typer.Argument(metavar="FILE.rrd", help="recording made by wrist run")],
+    recording: Annotated[
+        Path,
+        typer.Argument(metavar="FILE.rrd", help="recording made by wrist run", autocompletion=completion.recordings),
+    ],
     plot: Annotated[
         list[Path] | None,
         Option("--plot", metavar="OUT.png|.svg", help="draw the run on one sheet; may be repeated"),
@@ -41,8 +45,10 @@ def inspect(
 
 @app.command()
 def diff(
-    a: Annotated[Path, typer.Argument(metavar="A.rrd", help="recording made by wrist run")],
-    b: Annotated[Path, typer.Argument(metavar="B.rrd", help="another one")],
+    a: Annotated[
+        Path, typer.Argument(metavar="A.rrd", help="recording made by wrist run", autocompletion=completion.recordings)
+    ],
+    b: Annotated[Path, typer.Argument(metavar="B.rrd", help="another one", autocompletion=completion.recordings)],
     tolerance: Annotated[
         float,
         Option(

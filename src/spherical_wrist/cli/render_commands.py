@@ -6,12 +6,16 @@ from typing import Annotated
 
 import typer
 
+from spherical_wrist.cli import completion
 from spherical_wrist.cli.app import Option, app
 
 
 @app.command()
 def render(
-    recording: Annotated[Path, typer.Argument(metavar="FILE.rrd", help="recording made by wrist run")],
+    recording: Annotated[
+        Path,
+        typer.Argument(metavar="FILE.rrd", help="recording made by wrist run", autocompletion=completion.recordings),
+    ],
     output: Annotated[
         Path | None, Option("--output", "-o", metavar="FILE.mp4|.gif", help="film to write [FILE.mp4]")
     ] = None,

@@ -5,12 +5,16 @@ from typing import Annotated
 
 import typer
 
+from spherical_wrist.cli import completion
 from spherical_wrist.cli.app import Option, app
 
 
 @app.command()
 def replay(
-    recording: Annotated[Path, typer.Argument(metavar="FILE.rrd", help="recording made by wrist run")],
+    recording: Annotated[
+        Path,
+        typer.Argument(metavar="FILE.rrd", help="recording made by wrist run", autocompletion=completion.recordings),
+    ],
     trust: Annotated[
         bool, Option("--trust", help="run Python code (a law of one's own, say) that the recording carries")
     ] = False,

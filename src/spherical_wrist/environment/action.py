@@ -82,7 +82,8 @@ class Actions(NamedTuple):
             factor: the largest that a gain is multiplied or divided by.
 
         Raises:
-            ParameterError: something is not valid; in one line.
+            UnknownNameError: there is no such kind of action.
+            ParameterError: something else is not valid; in one line.
         """
         if action == "gains":
             return cls._gains(law, gains, factor)

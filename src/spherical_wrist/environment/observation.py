@@ -9,7 +9,7 @@ rate_x … _z             rad/s    measured rate ω, body frame
 gravity_x … _z                   direction of gravity in the measured body frame; zero without gravity
 desired_rate_x … _z     rad/s    ω_d, desired frame
 feed_forward_x … _z     rad/s²   R_e ω̇_d − ω × R_e ω_d, half a control period ahead where the law looks ahead
-previous_…                       the last action, zero at the start
+``previous_…``                   the last action, zero at the start
 ======================  =======  =======================================================================================
 
 They are what the sensors of the experiment say: noise, resolution, bias, delay and losses included. With the masses of

@@ -36,7 +36,7 @@ class Limits(Parameters):
     """What ends an episode, as it ends one that diverges."""
 
     tip_error_mm: Positive | None = quantity(None, "mm", "largest true tip error")
-    error_rad: Positive | None = quantity(None, "rad", "largest true attitude error |e|")
+    error_rad: Positive | None = quantity(None, "rad", "largest true attitude error")
 
 
 def judge(row: Any, plant: Any, logged: int, period: float, result: Any) -> None:

@@ -48,6 +48,7 @@ class TrackVectorEnv(VectorEnv[Array, npt.NDArray[Any], npt.NDArray[Any]], EzPic
         terminate_beyond: see there.
         gains: see there.
         gain_factor: see there.
+        render_mode: None: pictures are a single wrist's.
 
     Attributes:
         observation_names: names of the numbers of an observation.

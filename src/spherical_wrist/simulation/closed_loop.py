@@ -190,7 +190,11 @@ class ClosedLoop:
             self.outcome = Outcome(Status.COMPLETED, time)
 
     def blame(self, fault: str) -> NoReturn:
-        """Raises a LawError for the present instant, in the law's own words where one plain step shows them."""
+        """Raises for the present instant, in the law's own words where one plain step shows them.
+
+        Raises:
+            LawError: always.
+        """
         check_step(self._law, self._signal, self._state)
         time = float(self._signal["time"][0])
         raise LawError(f"law {self._law.name!r} at t = {time:.6g} s {fault}")
