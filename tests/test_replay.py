@@ -174,6 +174,22 @@ def test_an_interrupted_run_is_replayed_as_far_as_it_went(tmp_path):
     assert len(found.again) == len(run) == 16384
 
 
+def test_a_difference_between_files_is_a_difference_between_experiments(tmp_path, wrist):
+    experiment = own_everything(tmp_path)
+    record(simulate(experiment), tmp_path / "a.rrd")
+    (tmp_path / "my_gains.py").write_text("STIFFNESS = 0.2  # the same\n")
+    (tmp_path / "my_law.py").write_text(LAW + "\n")  # loaded anew, and with it the helper
+    record(simulate(own_law_again(experiment, tmp_path)), tmp_path / "b.rrd")
+    code, out, _ = wrist("diff", tmp_path / "a.rrd", tmp_path / "b.rrd", "--json")
+    told = json.loads(out)
+    assert (code, told["series"]["same"], list(told["experiment"])) == (1, True, ["file of law"])
+    assert wrist("diff", tmp_path / "a.rrd", tmp_path / "a.rrd")[0] == 0
+
+
+def own_law_again(experiment, folder):
+    return experiment.replaced(law={"name": str(folder / "my_law.py") + ":Spring", "damping": 0.02})
+
+
 def test_the_packages_own_model_is_kept_too(tmp_path):
     evidence = Evidence.of(Experiment())
     assert evidence.places == {"model": "model/wrist.xml"}

@@ -7,6 +7,7 @@ import io
 import os
 import zipfile
 from collections.abc import Iterator, Mapping
+from hashlib import sha256
 from pathlib import Path, PurePosixPath
 from typing import Any, NamedTuple, Self
 
@@ -55,6 +56,14 @@ class Evidence(NamedTuple):
     def code(self) -> list[str]:
         """Parts of the experiment that are Python code of the user's own."""
         return [name for name, place in self.places.items() if place.endswith(".py")]
+
+    def digest(self, name: str) -> str | None:
+        """SHA-256, its first twelve digits, of the files of a parameter, by dotted name; None where it has none."""
+        group = {path: content for path, content in self.files.items() if path.startswith(f"{name}/")}
+        told = sha256()
+        for path, content in sorted(group.items()):
+            told.update(path.encode() + b"\0" + sha256(content).digest())
+        return told.hexdigest()[:12] if group else None
 
     def archive(self) -> bytes:
         """All files as one ZIP archive, the same bytes for the same files."""

@@ -1,5 +1,6 @@
 """How two runs differ: in what was asked, with what it was made, how it ended, how well it tracked, and where."""
 
+from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from typing import Any, NamedTuple
 
@@ -33,7 +34,7 @@ class RunDifference:
     """How two runs differ.
 
     Attributes:
-        settings: where their experiments do.
+        settings: where their experiments do, and digests of files that are not the same.
         versions: versions that differ, both by name; None where one does not say.
         outcomes: how either ended.
         metrics: of both, by name, always of the full series.
@@ -74,13 +75,22 @@ def run_difference(a: Run, b: Run, tolerance: float = 0.0) -> RunDifference:
     versions = {name: (a.versions.get(name), b.versions.get(name)) for name in names}
     figures_a, figures_b = asdict(a.metrics), asdict(b.metrics)
     return RunDifference(
-        settings=differing_settings(a.description, b.description),
+        settings=(*differing_settings(a.description, b.description), *_differing_files(a, b)),
         versions={name: pair for name, pair in versions.items() if pair[0] != pair[1]},
         outcomes=(a.outcome, b.outcome),
         metrics={name: Figure(figures_a[name], figures_b[name]) for name in figures_a},
         every=(a.every, b.every),
         series=difference(a, b, tolerance),
     )
+
+
+def _differing_files(a: Run, b: Run) -> Iterator[Setting]:
+    """The files that the recordings carry and that are not the same, by digests of their contents."""
+    if a.evidence.places and b.evidence.places:
+        for name in dict.fromkeys([*a.evidence.places, *b.evidence.places]):
+            digests = [run.evidence.digest(name) for run in (a, b)]
+            if digests[0] != digests[1]:
+                yield Setting(f"file of {name}", "", *digests)
 
 
 def told(found: RunDifference) -> dict[str, Any]:

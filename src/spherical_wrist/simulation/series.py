@@ -26,7 +26,8 @@ class Series:
 
     Attributes:
         time: control instants [s], (n,).
-        attitude: actual attitude, quaternion (w, x, y, z), body → world, (n, 4).
+        attitude: actual attitude, quaternion (w, x, y, z), body → world, (n, 4); of a wrist whose model starts turned,
+            body → mount, the frame in which it starts.
         rate: actual angular velocity ω [rad/s], body frame, (n, 3).
         desired_attitude: desired attitude, (n, 4).
         desired_rate: desired angular velocity [rad/s], desired frame, (n, 3).
