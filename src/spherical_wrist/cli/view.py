@@ -61,7 +61,7 @@ def _check(path: Path | None, options: ViewOptions) -> None:
 
 
 def _picture(path: Path, target: Path, at: float | None, size: str) -> int:
-    from spherical_wrist.files import write_whole
+    from spherical_wrist.files import check_writable, write_whole
     from spherical_wrist.recording.screenshot import photograph
 
     found = re.fullmatch(r"(\d{1,5})x(\d{1,5})", size, re.ASCII)
@@ -70,6 +70,7 @@ def _picture(path: Path, target: Path, at: float | None, size: str) -> int:
         raise ParameterError(
             f"--size {size!r}: WIDTHxHEIGHT is needed, each from {SMALLEST} to {LARGEST}, such as {SIZE}"
         )
+    check_writable(target, "picture")
     taken = photograph(path, at, (sides[0], sides[1]))
     write_whole(target, taken.png, "picture")
     print(f"picture {target}")

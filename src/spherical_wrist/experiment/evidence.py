@@ -13,7 +13,7 @@ from typing import Any, NamedTuple, Self
 
 from spherical_wrist.errors import RecordingError
 from spherical_wrist.experiment.description import Experiment
-from spherical_wrist.files import make_folder, write_whole
+from spherical_wrist.files import make_folder, write_together
 from spherical_wrist.parameters import Member
 from spherical_wrist.wrist import default_model, dependencies
 
@@ -98,10 +98,9 @@ class Evidence(NamedTuple):
         Raises:
             RecordingError: they cannot be written.
         """
-        for path, content in self.files.items():
-            target = folder / path
-            make_folder(target.parent)
-            write_whole(target, content, "file")
+        for path in self.files:
+            make_folder((folder / path).parent)
+        write_together({folder / path: content for path, content in self.files.items()})
 
     def described(self, description: Mapping[str, Any], folder: Path) -> dict[str, Any]:
         """The description of an experiment in which every file is the one that :meth:`unpack` wrote to a folder."""

@@ -73,9 +73,11 @@ class Mp4:
 
     def __exit__(self, failed: type[BaseException] | None, *_: object) -> None:
         """Ends the film."""
-        if failed is None:
-            self._container.mux(self._stream.encode(None))
-        self._container.close()
+        try:
+            if failed is None:
+                self._container.mux(self._stream.encode(None))
+        finally:
+            self._container.close()
 
 
 def _av() -> Any:
