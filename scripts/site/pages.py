@@ -15,6 +15,9 @@ GUIDES = PACKAGE / "guides"
 MODEL = "../../../models/README.md"
 """The description of the wrist model as the guides link to it; GitHub shows them where they lie."""
 
+FROM_MODEL = "../src/spherical_wrist/guides/"
+"""Likewise, the guides as that description links to them."""
+
 
 def build(folder: Path) -> None:
     """Writes all pages to a folder, which is emptied first."""
@@ -22,7 +25,8 @@ def build(folder: Path) -> None:
     (folder / "guides").mkdir(parents=True)
     (folder / "api").mkdir()
     shutil.copy(Path(__file__).parent / "index.md", folder)
-    shutil.copy(ROOT / "models" / "README.md", folder / "model.md")
+    model = (ROOT / "models" / "README.md").read_text(encoding="utf-8").replace(FROM_MODEL, "guides/")
+    (folder / "model.md").write_text(model, encoding="utf-8")
     for guide in GUIDES.glob("*.md"):
         text = guide.read_text(encoding="utf-8").replace(MODEL, "../model.md")
         (folder / "guides" / guide.name).write_text(text, encoding="utf-8")
