@@ -23,7 +23,7 @@ def bench_campaign() -> Iterator[tuple[str, float, str, float | None]]:
     from spherical_wrist.campaign.description import Campaign
     from spherical_wrist.campaign.folder import Folder, held
     from spherical_wrist.campaign.sweep import Listener, sweep
-    from spherical_wrist.experiment.simulate import measured
+    from spherical_wrist.experiment.measured import measured
     from spherical_wrist.simulation.workbench import Workbench
 
     root = Path(tempfile.mkdtemp())

@@ -21,7 +21,7 @@ import spherical_wrist.files
 from bench import one_line
 from spherical_wrist import load_recording, simulate
 from spherical_wrist.campaign import batch as batches
-from spherical_wrist.campaign.batch import Prepared, run_episode
+from spherical_wrist.campaign.batch import Undertaking, run_episodes
 from spherical_wrist.campaign.cluster import Cluster
 from spherical_wrist.campaign.description import Campaign
 from spherical_wrist.campaign.errors import CampaignError
@@ -114,11 +114,11 @@ def test_every_episode_is_stored_with_all_that_made_it(whole):
 
 
 def test_the_order_in_which_episodes_share_a_bench_does_not_matter(whole):
-    prepared = Prepared(whole.campaign)
+    prepared = Undertaking(whole.campaign)
     order = np.random.default_rng(1).permutation(36)
     episodes = list(whole.campaign.episodes(0, 36))
     with prepared.bench() as bench:
-        again = {int(k): run_episode(episodes[k], bench) for k in order}
+        again = {int(k): run_episodes([episodes[k]], bench)[0] for k in order}
     stored = rows(whole)
     assert all(again[k] == stored[k] for k in range(36))
 

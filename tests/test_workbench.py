@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from bench import TOOL, mjcf, mounted, wrist_of
 from spherical_wrist import Experiment, simulate
-from spherical_wrist.experiment.simulate import measured
+from spherical_wrist.experiment.measured import measured
 from spherical_wrist.metrics import LogMeter, Meter, measure
 from spherical_wrist.plant import Perturbation, perturbed
 from spherical_wrist.reference import Lissajous

@@ -1,5 +1,6 @@
 """From the torque that a law asks for to the torque on the joint; compiled into the closed loop."""
 
+from functools import lru_cache
 from math import exp
 from typing import Any, NamedTuple
 
@@ -83,7 +84,7 @@ def drive_of(
     """
     settings = np.zeros(1, DRIVE)
     settings["perfect"] = actuation.perfect
-    settings["motors"], settings["controls"] = motors, np.linalg.inv(motors)
+    settings["motors"], settings["controls"] = motors, _inverse(motors.tobytes())
     settings["lower"], settings["upper"] = lower, upper
     settings["quantum"] = actuation.torque_quantum / np.linalg.norm(motors, axis=0)
     if actuation.lag > 0.0:
@@ -107,6 +108,12 @@ def drive_of(
     believed = actuation.torque_constant * (works if actuation.failure_known else np.ones(count))
     strength = actuation.torque_constant * works * uneven
     return Drive(settings, np.zeros(count), np.zeros(count), coils, strength, believed, np.zeros((3, count)))
+
+
+@lru_cache
+def _inverse(motors: bytes) -> Array:
+    """The inverse of a matrix (3, 3): the same for all episodes of a campaign."""
+    return np.asarray(np.linalg.inv(np.frombuffer(motors).reshape(3, 3)), dtype=np.float64)
 
 
 def ask(drive: Drive, torque: Any, seen: Quaternion, rate: Any, age: float, control: Array) -> float:

@@ -9,7 +9,7 @@ import numpy.typing as npt
 from spherical_wrist.environment.play import MOTORS, NOMINAL, PLANT, ROW
 from spherical_wrist.environment.task import Task
 from spherical_wrist.experiment.description import Experiment
-from spherical_wrist.experiment.simulate import closed_loop
+from spherical_wrist.experiment.measured import closed_loop
 from spherical_wrist.metrics import LogMeter
 from spherical_wrist.simulation.addresses import where
 from spherical_wrist.simulation.compiler import law_address

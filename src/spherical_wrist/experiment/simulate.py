@@ -1,28 +1,18 @@
 """From an experiment to a run."""
 
-import time
 from collections.abc import Callable
 from math import ceil
-from typing import NamedTuple
-
-import numpy as np
 
 from spherical_wrist.errors import ParameterError
 from spherical_wrist.experiment.description import Experiment
 from spherical_wrist.experiment.evidence import Evidence
-from spherical_wrist.experiment.guard import guarded_motion, guarded_torque
+from spherical_wrist.experiment.measured import measured
 from spherical_wrist.experiment.run import Run, circumstances
-from spherical_wrist.libmujoco import warnings_kept_in_data
-from spherical_wrist.metrics import LogMeter, Measurement, Metrics
 from spherical_wrist.simulation.closed_loop import CHUNK, ClosedLoop
-from spherical_wrist.simulation.engine import Engine, compiled_engine, interpreted_engine
+from spherical_wrist.simulation.engine import compiled_engine, interpreted_engine
 from spherical_wrist.simulation.logged import Logged
-from spherical_wrist.simulation.nominal import Motion, peak_torque
-from spherical_wrist.simulation.outcome import Outcome, Status
 from spherical_wrist.simulation.series import Series
-from spherical_wrist.simulation.timing import Timing
-from spherical_wrist.simulation.workbench import Machine, Sampled, Workbench
-from spherical_wrist.wrist import Wrist
+from spherical_wrist.simulation.workbench import Workbench
 
 MOST_ROWS = 20_000_000
 """Rows of a series: some ten gigabytes in memory, 5½ hours at 1 kHz."""
@@ -99,114 +89,3 @@ def simulate(
         wall_time=found.wall_time,
         _experiment=experiment,
     )
-
-
-class Measured(NamedTuple):
-    """What is left of a run without its series.
-
-    Attributes:
-        outcome: how it ended.
-        metrics: figures of merit.
-        measurement: what they depend on besides the series.
-        wall_time: time that simulating took, without compiling [s].
-    """
-
-    outcome: Outcome
-    metrics: Metrics
-    measurement: Measurement
-    wall_time: float
-
-
-@warnings_kept_in_data()
-def measured(
-    experiment: Experiment,
-    bench: Workbench,
-    keep: Callable[[ClosedLoop, Logged], None] = lambda loop, logged: None,
-    stop: Callable[[], bool] = lambda: False,
-    chunk: int = CHUNK,
-) -> Measured:
-    """Runs the closed loop that an experiment describes, and measures it.
-
-    Args:
-        experiment: what to run.
-        bench: for runs that follow one another on one thread; what they share is made once, and the bits are the same.
-        keep: called with the loop and each piece of the log.
-        stop: see :func:`simulate`.
-        chunk: control periods that are simulated at a time; the bits do not depend on it.
-
-    Raises:
-        WristError: see :func:`simulate`.
-    """
-    measurement = experiment.measurement(bench.wrist(experiment.wrist_file))
-    meter, outcome = LogMeter(measurement, bench.engine), None
-    try:
-        loop = closed_loop(experiment, bench, stop)
-    except _StoppedError:
-        return Measured(Outcome(Status.INTERRUPTED, 0.0, "stopped on request"), meter.result(), measurement, 0.0)
-    began = time.perf_counter()
-    while outcome is None:
-        if stop():
-            outcome = Outcome(Status.INTERRUPTED, loop.sample * experiment.control_period, "stopped on request")
-            break
-        logged = loop.run(chunk)
-        meter.add(logged)
-        keep(loop, logged)
-        outcome = loop.outcome
-    return Measured(outcome, meter.result(), measurement, time.perf_counter() - began)
-
-
-def closed_loop(
-    experiment: Experiment,
-    bench: Workbench,
-    stop: Callable[[], bool] = lambda: False,
-    machine: Callable[[Timing], Machine] | None = None,
-) -> ClosedLoop:
-    """The closed loop that an experiment describes, at its start.
-
-    Args:
-        experiment: what to run.
-        bench: what it shares with others on the same thread.
-        stop: asked now and then whether to stop sizing the disturbance.
-        machine: makes plant and nominal model, where they are not to be those of the bench.
-
-    Raises:
-        WristError: see :func:`simulate`.
-    """
-    nominal = bench.wrist(experiment.wrist_file)
-    timing = experiment.timing(nominal)
-    engine, law, seed = bench.engine, experiment.law, experiment.seed
-    drawn = guarded_motion(experiment.reference, experiment.generator_of_reference, experiment.duration)
-    reference = Sampled(drawn, bench)
-    peak, load = 0.0, experiment.disturbance
-    if load.amplitude is None and load.level > 0.0:
-        peak = bench.value(
-            ("peak", experiment.wrist_file, drawn, timing), lambda: _peak(nominal, reference, timing, engine, stop)
-        )
-    torque = guarded_torque(load, peak, np.random.default_rng(seed))
-    disturbance = bench.sampled(("torque", load, peak, seed), torque)
-    made = machine(timing) if machine else bench.machine(experiment.wrist_file, experiment.perturbation, timing)
-    parts = (law, reference, disturbance, timing, engine, experiment.start, experiment.hardware)
-    return ClosedLoop(nominal, nominal, *parts, bench, made)
-
-
-class _StoppedError(Exception):
-    """Stopped before there was a peak to go on with."""
-
-
-def _peak(nominal: Wrist, reference: Motion, timing: Timing, engine: Engine, stop: Callable[[], bool]) -> float:
-    """See ``peak_torque``; a peak that was cut short must not be remembered.
-
-    Raises:
-        _StoppedError: asked to stop.
-    """
-    stopped: list[bool] = []
-
-    def halted() -> bool:
-        if stop():
-            stopped.append(True)
-        return bool(stopped)
-
-    peak = peak_torque(nominal, reference, timing, engine, halted)
-    if stopped:
-        raise _StoppedError
-    return peak

@@ -28,6 +28,9 @@ Made = TypeVar("Made")
 KEPT = 16
 """Models, laws and values of each kind that are kept."""
 
+SEATS = 4
+"""Runs that may be prepared at a time, before they are run one after the other."""
+
 
 class Machine(NamedTuple):
     """Plant and nominal model, ready for the loop.
@@ -99,7 +102,7 @@ class Workbench:
     def __init__(self, engine: Engine | None = None, arrays: int = 4) -> None:
         self.engine = engine or compiled_engine()
         self.tried: set[type[Law]] = set()
-        self._wrists, self._plants, self._nominals, self._laws = Memory(), Memory(), Memory(), Memory()
+        self._wrists, self._nominals, self._laws, self._plants = Memory(), Memory(), Memory(), Memory(KEPT * SEATS)
         self._values, self._arrays = Memory(), Memory(arrays)
         self._log = np.empty(0, LOG)
 
@@ -111,14 +114,14 @@ class Workbench:
         """
         return self._wrists.get(file, file.load)
 
-    def machine(self, file: WristFile, change: Perturbation, timing: Timing) -> Machine:
-        """Plant and nominal model of the wrist of an MJCF file, valid until the next ones are asked for.
+    def machine(self, file: WristFile, change: Perturbation, timing: Timing, seat: int = 0) -> Machine:
+        """Plant and nominal model of the wrist of an MJCF file, valid until the next ones are asked for on that seat.
 
         Raises:
             ModelError: MuJoCo refuses the plant, or cannot step it.
         """
         step, wrist = timing.physics_period, self.wrist(file)
-        plant = self._plants.get((file, step), lambda: PlantModel(wrist, step))
+        plant = self._plants.get((file, step, seat), lambda: PlantModel(wrist, step))
         plant.perturb(change)
         nominal = self._nominals.get((file, step), lambda: NominalModel(wrist, timing, self.engine))
         return Machine(plant.model, plant.data, nominal)

@@ -8,7 +8,7 @@ from typing import TypeVar
 from spherical_wrist.comparison.threads import Progress, cores
 from spherical_wrist.errors import ParameterError, WristError
 from spherical_wrist.experiment.description import Experiment
-from spherical_wrist.experiment.simulate import Measured, measured
+from spherical_wrist.experiment.measured import Measured, measured
 from spherical_wrist.simulation.outcome import Status
 from spherical_wrist.simulation.workbench import Workbench
 

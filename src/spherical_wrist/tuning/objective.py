@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 from spherical_wrist.comparison.ranking import SMALLEST, geometric_mean
 from spherical_wrist.errors import ParameterError
-from spherical_wrist.experiment.simulate import Measured
+from spherical_wrist.experiment.measured import Measured
 from spherical_wrist.simulation.outcome import Status
 
 WORST = (pi, 1e6)
