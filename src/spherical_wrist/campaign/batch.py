@@ -53,7 +53,7 @@ def run_batch(text: str, digest: str, batch: Batch, expected: Mapping[str, str])
 def run_episodes(episodes: Sequence[Episode], bench: Workbench) -> list[dict[str, Any]]:
     """Simulates up to ``SEATS`` episodes on a bench of this thread; their rows of the table.
 
-    All of them are prepared before the first is run, which is a tenth faster: running one evicts from the processor's
+    All of them are prepared before the first is run, which costs less: running one evicts from the processor's
     caches what preparing the next needs.
 
     Raises:
