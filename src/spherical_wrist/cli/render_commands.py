@@ -17,7 +17,7 @@ def render(
         typer.Argument(metavar="FILE.rrd", help="recording made by wrist run", autocompletion=completion.recordings),
     ],
     output: Annotated[
-        Path | None, Option("--output", "-o", metavar="FILE.mp4|.gif", help="film to write [FILE.mp4]")
+        Path | None, Option("--output", "-o", metavar="FILE.mp4|.gif", help="film to write [that of FILE.rrd, as .mp4]")
     ] = None,
     speed: Annotated[float | None, Option(metavar="FACTOR", help="0.25 is slowed four times [1]")] = None,
     fps: Annotated[
