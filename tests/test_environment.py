@@ -75,7 +75,9 @@ def test_zero_gains_are_the_run_of_simulate_bit_for_bit(given, frame_skip):
 
 def test_an_episode_of_many_pieces_is_the_run_too():
     """Inputs are drawn piece by piece; with late samples and losses they reach from one piece into the next."""
-    experiment = Experiment(sensing=Realistic(delay=0.0023, loss=0.1), duration=2.0, seed=2)
+    late = Realistic(delay=0.0023, loss=0.1, rate="estimated", rate_filter=0.001)
+    noise = {"name": "noise", "level": 0.3}
+    experiment = Experiment(sensing=late, disturbance=noise, duration=1.5, physics_period=0.0005, seed=2)
     env = make(experiment=experiment, action="gains", frame_skip=3)
     assert episode(env, zeros(env))[3][-1]["metrics"] == figures(simulate(experiment).metrics)
 

@@ -57,8 +57,7 @@ class Fleet:
         ends = [-(-seats * thread // threads) for thread in range(threads + 1)]
         self._shares = [slice(first, last) for first, last in pairwise(ends)]
         self._pool = ThreadPoolExecutor(threads) if threads > 1 else None
-        self._default = task.actions.law.packed()
-        self._packed = np.tile(self._default, (seats, 1))
+        self._packed = np.tile(task.actions.law.packed(), (seats, 1))
         self._rows, self._samples = np.zeros(seats, ROW), np.zeros(seats, dtype=np.int64)
         self.results = np.zeros(seats, RESULT)
         self.observations = np.zeros((seats, SEEN + len(task.actions.names)))
@@ -98,7 +97,6 @@ class Fleet:
             plant, nominal = self._plants[seat], self._nominals[seat]
             plant.perturb(experiment.perturbation)
             machine = Machine(plant.model, plant.data, nominal)
-            self._packed[seat] = self._default
             self.episodes[seat] = Episode(experiment, self._task, self._bench, machine, self._packed[seat])
             self._rows[seat] = self.episodes[seat].row()[0]
             self._samples[seat] = self.episodes[seat].samples
