@@ -1,10 +1,12 @@
 """Fixtures that every test may use."""
 
 import os
+import sys
 
 import pytest
 from hypothesis import settings
 
+from spherical_wrist.cli import main
 from spherical_wrist.simulation.engine import Engine, compiled_engine
 from spherical_wrist.wrist import Wrist
 
@@ -23,3 +25,18 @@ def nominal() -> Wrist:
 def engine() -> Engine:
     """The compiled loop."""
     return compiled_engine()
+
+
+@pytest.fixture
+def wrist(capsys, monkeypatch, tmp_path):
+    """Runs the command in this process, in an empty folder; gives exit code, stdout and stderr."""
+    monkeypatch.chdir(tmp_path)
+
+    def command(*arguments):
+        monkeypatch.setattr(sys, "argv", ["wrist", *map(str, arguments)])
+        with pytest.raises(SystemExit) as end:
+            main()
+        printed = capsys.readouterr()
+        return end.value.code or 0, printed.out, printed.err
+
+    return command

@@ -30,7 +30,6 @@ from spherical_wrist.campaign.replay import replay
 from spherical_wrist.campaign.store import METRICS, encoded
 from spherical_wrist.campaign.summary import summary
 from spherical_wrist.campaign.sweep import Listener, rehearsed, resume, sweep
-from spherical_wrist.cli import main
 from spherical_wrist.errors import RecordingError
 
 TEXT = """
@@ -82,21 +81,6 @@ def copy(whole, tmp_path):
     """A copy of it to damage."""
     shutil.copytree(whole.path, tmp_path / "copy")
     return Folder.open(tmp_path / "copy")
-
-
-@pytest.fixture
-def wrist(capsys, monkeypatch, tmp_path):
-    """Runs the command in this process, in an empty folder; gives exit code, stdout and stderr."""
-    monkeypatch.chdir(tmp_path)
-
-    def command(*arguments):
-        monkeypatch.setattr(sys, "argv", ["wrist", *map(str, arguments)])
-        with pytest.raises(SystemExit) as end:
-            main()
-        printed = capsys.readouterr()
-        return end.value.code or 0, printed.out, printed.err
-
-    return command
 
 
 def test_every_episode_is_stored_with_all_that_made_it(whole):

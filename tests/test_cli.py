@@ -12,7 +12,6 @@ import psutil
 import pytest
 
 from spherical_wrist import Experiment, load_recording, simulate
-from spherical_wrist.cli import main
 
 WRIST = [sys.executable, "-c", "from spherical_wrist.cli import main; main()"]
 METRICS = {
@@ -30,21 +29,6 @@ METRICS = {
     "peak_current_A",
     "max_condition_number",
 }
-
-
-@pytest.fixture
-def wrist(capsys, monkeypatch, tmp_path):
-    """Runs the command in this process, in an empty folder; gives exit code, stdout and stderr."""
-    monkeypatch.chdir(tmp_path)
-
-    def command(*arguments):
-        monkeypatch.setattr(sys, "argv", ["wrist", *map(str, arguments)])
-        with pytest.raises(SystemExit) as end:
-            main()
-        printed = capsys.readouterr()
-        return end.value.code or 0, printed.out, printed.err
-
-    return command
 
 
 def test_json_is_one_object_with_the_promised_keys(wrist):

@@ -59,21 +59,6 @@ WRIST = [sys.executable, "-c", "from spherical_wrist.cli import main; main()"]
 QUICK = ["--law", "pd", "--law", "sliding_mode", "--case", "constant-heavy", "--duration", "0.2"]
 
 
-@pytest.fixture
-def wrist(capsys, monkeypatch, tmp_path):
-    """Runs the command in this process, in an empty folder; gives exit code, stdout and stderr."""
-    monkeypatch.chdir(tmp_path)
-
-    def command(*arguments):
-        monkeypatch.setattr(sys, "argv", ["wrist", *map(str, arguments)])
-        with pytest.raises(SystemExit) as end:
-            main()
-        printed = capsys.readouterr()
-        return end.value.code or 0, printed.out, printed.err
-
-    return command
-
-
 # --- ranks, scores and fronts
 
 ERRORS = {"a": 2e-3, "b": 1e-3, "c": None, "d": 1e-3, "e": 4e-3}

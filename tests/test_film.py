@@ -19,7 +19,6 @@ from scipy.spatial.transform import Rotation, Slerp
 
 from bench import mjcf, one_line
 from spherical_wrist import Experiment, record, simulate
-from spherical_wrist.cli import main
 from spherical_wrist.errors import ParameterError, RecordingError
 from spherical_wrist.film import FilmError, Shot, render_film, render_picture
 from spherical_wrist.film.caption import in_mm
@@ -59,21 +58,6 @@ def loose():
 def exact():
     """A run whose errors cannot be seen."""
     return simulate(Experiment(law="computed_torque", disturbance=0, mass_scale=1, duration=2.0))
-
-
-@pytest.fixture
-def wrist(capsys, monkeypatch, tmp_path):
-    """Runs the command in this process, in an empty folder; gives exit code, stdout and stderr."""
-    monkeypatch.chdir(tmp_path)
-
-    def command(*arguments):
-        monkeypatch.setattr(sys, "argv", ["wrist", *map(str, arguments)])
-        with pytest.raises(SystemExit) as end:
-            main()
-        printed = capsys.readouterr()
-        return end.value.code or 0, printed.out, printed.err
-
-    return command
 
 
 def inside(folder):

@@ -2,7 +2,6 @@
 
 import json
 import shlex
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -15,29 +14,12 @@ from scipy.spatial.transform import Rotation
 
 from bench import RigidBody, one_line
 from spherical_wrist import Experiment, simulate
-from spherical_wrist.cli import main
 from spherical_wrist.comparison.crossing import Crossing, Found, first_crossing
 from spherical_wrist.comparison.frontier import AXES, Edge, chosen_axes, frontier
 from spherical_wrist.comparison.frontier_picture import frontier_picture
 from spherical_wrist.comparison.frontier_report import order, told
 from spherical_wrist.control import ComputedTorque, SlidingComputedTorque
 from spherical_wrist.errors import ParameterError, UnknownNameError, WristError
-
-
-@pytest.fixture
-def wrist(capsys, monkeypatch, tmp_path):
-    """Runs the command in this process, in an empty folder; gives exit code, stdout and stderr."""
-    monkeypatch.chdir(tmp_path)
-
-    def command(*arguments):
-        monkeypatch.setattr(sys, "argv", ["wrist", *map(str, arguments)])
-        with pytest.raises(SystemExit) as end:
-            main()
-        printed = capsys.readouterr()
-        return end.value.code or 0, printed.out, printed.err
-
-    return command
-
 
 # --- the search
 

@@ -2,7 +2,6 @@
 
 import json
 import re
-import sys
 from pathlib import Path
 
 import mujoco
@@ -16,7 +15,6 @@ from spherical_wrist.actuation import Ideal as IdealActuation
 from spherical_wrist.actuation import Realistic as RealisticActuation
 from spherical_wrist.actuation import SphericalMotor
 from spherical_wrist.actuation.drive import DRIVE
-from spherical_wrist.cli import main
 from spherical_wrist.control import FuzzySlidingComputedTorque
 from spherical_wrist.control.contract import COMMAND, SIGNAL
 from spherical_wrist.dynamics import MOTION
@@ -177,21 +175,6 @@ def test_a_run_that_diverges_is_recorded(tmp_path):
 
 
 # --- on the command line ---------------------------------------------------------------------------------------------
-
-
-@pytest.fixture
-def wrist(capsys, monkeypatch, tmp_path):
-    """Runs the command in this process, in an empty folder; gives exit code, stdout and stderr."""
-    monkeypatch.chdir(tmp_path)
-
-    def command(*arguments):
-        monkeypatch.setattr(sys, "argv", ["wrist", *map(str, arguments)])
-        with pytest.raises(SystemExit) as end:
-            main()
-        printed = capsys.readouterr()
-        return end.value.code or 0, printed.out, printed.err
-
-    return command
 
 
 def test_the_preset_is_the_parts_bundled(wrist):

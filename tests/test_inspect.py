@@ -1,7 +1,6 @@
 """``wrist inspect`` and ``wrist diff``: pictures, exports, differences, exit codes, and what is left when it fails."""
 
 import json
-import sys
 import xml.etree.ElementTree as ET
 from dataclasses import replace
 from pathlib import Path
@@ -13,7 +12,6 @@ from PIL import Image
 from scipy.spatial.transform import Rotation
 
 from spherical_wrist import Experiment, load_recording, record, simulate
-from spherical_wrist.cli import main
 from spherical_wrist.inspection.curves import rotation_vectors, telling_rows, view
 from spherical_wrist.inspection.difference import difference
 from spherical_wrist.inspection.difference_picture import difference_picture
@@ -25,21 +23,6 @@ from spherical_wrist.simulation.outcome import Outcome, Status
 
 AMPLITUDE = {"amplitude": 0.004}
 """Of the disturbance [N·m], for which no peak torque has to be found."""
-
-
-@pytest.fixture
-def wrist(capsys, monkeypatch, tmp_path):
-    """Runs the command in this process, in an empty folder; gives exit code, stdout and stderr."""
-    monkeypatch.chdir(tmp_path)
-
-    def command(*arguments):
-        monkeypatch.setattr(sys, "argv", ["wrist", *map(str, arguments)])
-        with pytest.raises(SystemExit) as end:
-            main()
-        printed = capsys.readouterr()
-        return end.value.code or 0, printed.out, printed.err
-
-    return command
 
 
 def run(record_every=1, **changes):

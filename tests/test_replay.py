@@ -3,7 +3,6 @@
 import io
 import json
 import shutil
-import sys
 import zipfile
 from dataclasses import replace
 
@@ -12,7 +11,6 @@ import pytest
 
 from bench import mjcf, mounted, one_line
 from spherical_wrist import Experiment, load_recording, record, simulate
-from spherical_wrist.cli import main
 from spherical_wrist.errors import RecordingError
 from spherical_wrist.experiment.evidence import Evidence
 from spherical_wrist.inspection.replay import replay
@@ -31,20 +29,6 @@ class Spring(Law):
             command.torque[i] = STIFFNESS * signal.error[i] + parameters.damping * signal.rate_error[i] + signal.N[i]
 """
 TOOL = "v 0 0 0\nv .01 0 0\nv 0 .01 0\nv 0 0 -.05\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n"
-
-
-@pytest.fixture
-def wrist(capsys, monkeypatch):
-    """Runs the command in this process; gives exit code, stdout and stderr."""
-
-    def command(*arguments):
-        monkeypatch.setattr(sys, "argv", ["wrist", *map(str, arguments)])
-        with pytest.raises(SystemExit) as end:
-            main()
-        printed = capsys.readouterr()
-        return end.value.code or 0, printed.out, printed.err
-
-    return command
 
 
 def own_everything(folder):

@@ -3,7 +3,6 @@
 import json
 import re
 import shlex
-import sys
 import xml.etree.ElementTree as ET
 from html.parser import HTMLParser
 from itertools import product
@@ -20,7 +19,6 @@ from spherical_wrist.campaign.errors import CampaignError
 from spherical_wrist.campaign.folder import Folder, held
 from spherical_wrist.campaign.store import METRICS, encoded
 from spherical_wrist.campaign.sweep import Listener, sweep
-from spherical_wrist.cli import main
 from spherical_wrist.errors import ParameterError, WristError
 from spherical_wrist.report.findings import findings
 from spherical_wrist.report.intervals import above_worst, quantile_ranks, rank_correlation, wilson
@@ -52,21 +50,6 @@ mass_scale = [0.5, 1.0, 1.5, 2.0]
 payload = [0.0, 0.01, 0.02]
 friction = [0.0, 0.001, 0.002]
 """
-
-
-@pytest.fixture
-def wrist(capsys, monkeypatch, tmp_path):
-    """Runs the command in this process, in an empty folder; gives exit code, stdout and stderr."""
-    monkeypatch.chdir(tmp_path)
-
-    def command(*arguments):
-        monkeypatch.setattr(sys, "argv", ["wrist", *map(str, arguments)])
-        with pytest.raises(SystemExit) as end:
-            main()
-        printed = capsys.readouterr()
-        return end.value.code or 0, printed.out, printed.err
-
-    return command
 
 
 def handmade(path, text, row_of, batches=None):

@@ -20,7 +20,6 @@ from scipy.stats import gmean
 
 from bench import one_line
 from spherical_wrist import Experiment, simulate
-from spherical_wrist.cli import main
 from spherical_wrist.comparison import Case, contestants
 from spherical_wrist.control import PD, FuzzySlidingComputedTorque, Law, SlidingComputedTorque
 from spherical_wrist.errors import ParameterError, WristError
@@ -70,21 +69,6 @@ class Spring(Law):
         if parameters.damping < 0.004:
             command.torque[1] = 0.1 / (signal.time * 0.0)
 """
-
-
-@pytest.fixture
-def wrist(capsys, monkeypatch, tmp_path):
-    """Runs the command in this process, in an empty folder; gives exit code, stdout and stderr."""
-    monkeypatch.chdir(tmp_path)
-
-    def command(*arguments):
-        monkeypatch.setattr(sys, "argv", ["wrist", *map(str, arguments)])
-        with pytest.raises(SystemExit) as end:
-            main()
-        printed = capsys.readouterr()
-        return end.value.code or 0, printed.out, printed.err
-
-    return command
 
 
 def search_of(law, ranges=(), cases=PAIR, sampler="tpe", seed=0, changes=SHORT):

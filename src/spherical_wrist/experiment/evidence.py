@@ -6,6 +6,7 @@ A recording that names files on somebody's disk can be believed; one that carrie
 import io
 import os
 import zipfile
+import zlib
 from collections.abc import Iterator, Mapping
 from hashlib import sha256
 from pathlib import Path, PurePosixPath
@@ -85,7 +86,7 @@ class Evidence(NamedTuple):
                 if sum(info.file_size for info in archive.infolist()) > LARGEST:
                     raise ValueError(f"the files in it are larger than {LARGEST} bytes")
                 files = {info.filename: archive.read(info) for info in archive.infolist()}
-        except (zipfile.BadZipFile, NotImplementedError, EOFError) as error:
+        except (zipfile.BadZipFile, zlib.error, NotImplementedError, RuntimeError, EOFError) as error:
             raise ValueError(f"its archive of files is damaged: {error}") from None
         for path in (*files, *places.values()):
             if PurePosixPath(path).is_absolute() or ".." in PurePosixPath(path).parts or path not in files:
