@@ -8,6 +8,7 @@ import numpy as np
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
+from spherical_wrist import Experiment
 from spherical_wrist.control import Law
 from spherical_wrist.disturbance import Torque
 from spherical_wrist.reference import Lissajous, Reference
@@ -160,3 +161,21 @@ def quaternions() -> st.SearchStrategy[np.ndarray]:
     """Unit quaternions, of either sign."""
     raw = st.tuples(*[st.floats(-1.0, 1.0)] * 4).map(np.array)
     return raw.filter(lambda q: np.linalg.norm(q) > 0.1).map(lambda q: q / np.linalg.norm(q))
+
+
+def experiments() -> list[Experiment]:
+    """Experiments that have little in common."""
+    base = Experiment(duration=0.04, control_period=0.001)
+    return [
+        base,
+        base.replaced(mass_scale=0.6, friction=2e-3),
+        base.replaced(law="pd", disturbance={"name": "noise", "level": 0.3}, seed=3),
+        base.replaced(law="pd", disturbance={"name": "noise", "level": 0.3}, seed=4),
+        base.replaced(reference="step", disturbance={"amplitude": 0.01}, duration=0.09),
+        base.replaced(reference={"name": "lissajous", "frequency": 0.9}, payload=0.02),
+        base.replaced(sensing="realistic", actuation="realistic", seed=5),
+        base.replaced(law="adaptive_fuzzy_sliding_computed_torque", control_period=0.002, initial_error=0.1),
+        base.replaced(law={"name": "computed_torque", "Kp": 900}, physics_period=0.0005),
+        base.replaced(initial_rate_error=(0.0, 900.0, 0.0), law={"name": "computed_torque", "Kv": 9000}),
+        base.replaced(law="sliding_mode", actuation="spherical_motor", com_shift=(1e-3, 0.0, 0.0)),
+    ]

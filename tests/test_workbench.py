@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from bench import TOOL, mjcf, mounted, wrist_of
-from spherical_wrist import Experiment, simulate
+from bench import TOOL, experiments, mjcf, mounted, wrist_of
+from spherical_wrist import simulate
 from spherical_wrist.experiment.measured import measured
 from spherical_wrist.metrics import LogMeter, Meter, measure
 from spherical_wrist.plant import Perturbation, perturbed
@@ -128,23 +128,6 @@ def test_turned_parts_are_shifted_in_their_own_frames():
     parts = Parts(np.ones(1), np.zeros((1, 3)), quarter, np.zeros((1, 3, 3)), np.zeros(3))
     _, centre, _ = whole(parts, Perturbation(com_shift=(0.1, 0.0, 0.0)))
     np.testing.assert_allclose(centre, [0.0, 0.1, 0.0], atol=1e-15)
-
-
-def experiments():
-    base = Experiment(duration=0.04, control_period=0.001)
-    return [
-        base,
-        base.replaced(mass_scale=0.6, friction=2e-3),
-        base.replaced(law="pd", disturbance={"name": "noise", "level": 0.3}, seed=3),
-        base.replaced(law="pd", disturbance={"name": "noise", "level": 0.3}, seed=4),
-        base.replaced(reference="step", disturbance={"amplitude": 0.01}, duration=0.09),
-        base.replaced(reference={"name": "lissajous", "frequency": 0.9}, payload=0.02),
-        base.replaced(sensing="realistic", actuation="realistic", seed=5),
-        base.replaced(law="adaptive_fuzzy_sliding_computed_torque", control_period=0.002, initial_error=0.1),
-        base.replaced(law={"name": "computed_torque", "Kp": 900}, physics_period=0.0005),
-        base.replaced(initial_rate_error=(0.0, 900.0, 0.0), law={"name": "computed_torque", "Kv": 9000}),
-        base.replaced(law="sliding_mode", actuation="spherical_motor", com_shift=(1e-3, 0.0, 0.0)),
-    ]
 
 
 EXPERIMENTS = experiments()

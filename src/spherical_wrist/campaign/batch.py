@@ -1,10 +1,11 @@
 """A batch of episodes, from their ids to the bytes of their file: what a worker does."""
 
 import threading
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import lru_cache
-from typing import Any, TypeVar
+from itertools import islice
+from typing import Any
 
 from spherical_wrist.campaign.description import Campaign
 from spherical_wrist.campaign.digest import digest_of, version_differences
@@ -12,10 +13,8 @@ from spherical_wrist.campaign.episode import Episode
 from spherical_wrist.campaign.errors import CampaignError
 from spherical_wrist.campaign.store import METRICS, Batch, encoded
 from spherical_wrist.errors import LawError, WristError, one_line
-from spherical_wrist.experiment.measured import Measured, Prepared, finished, prepared
+from spherical_wrist.experiment.bulk import Ended, measured_each
 from spherical_wrist.simulation.workbench import SEATS, Workbench
-
-Step = TypeVar("Step")
 
 FAILED, INVALID = "failed", "invalid"
 
@@ -43,57 +42,33 @@ def run_batch(text: str, digest: str, batch: Batch, expected: Mapping[str, str])
     except WristError as error:
         raise CampaignError(f"a worker cannot take up the campaign: {error}") from None
     campaign = undertaking.campaign
+    episodes, rows = campaign.episodes(batch.first, batch.last), list[dict[str, Any]]()
     with undertaking.bench() as bench:
-        rows: list[dict[str, Any]] = []
-        for first in range(batch.first, batch.last, SEATS):
-            rows += run_episodes(list(campaign.episodes(first, min(first + SEATS, batch.last))), bench)
+        while together := list(islice(episodes, SEATS)):
+            rows += run_episodes(together, bench)
     return encoded(campaign, digest, expected, rows)
 
 
 def run_episodes(episodes: Sequence[Episode], bench: Workbench) -> list[dict[str, Any]]:
     """Simulates up to ``SEATS`` episodes on a bench of this thread; their rows of the table.
 
-    All of them are prepared before the first is run, which costs less: running one evicts from the processor's
-    caches what preparing the next needs.
-
     Raises:
         CampaignError: something went wrong that is neither the law's fault nor the experiment's.
     """
-    begun = [_attempted(episode, _begin, episode, bench, seat) for seat, episode in enumerate(episodes)]
-    rows = []
-    for episode, ready in zip(episodes, begun, strict=True):
-        ended = _attempted(episode, finished, ready) if isinstance(ready, Prepared) else ready
-        if isinstance(ended, Measured):
-            outcome = ended.outcome
-            ended = {**_ended(str(outcome.status), outcome.time, outcome.reason), **vars(ended.metrics)}
-        rows.append({**_named(episode), **ended})
-    return rows
+    results = measured_each([episode.experiment for episode in episodes], bench)
+    return [_row(episode, result) for episode, result in zip(episodes, results, strict=True)]
 
 
-def _named(episode: Episode) -> dict[str, Any]:
+def _row(episode: Episode, result: Ended | Exception) -> dict[str, Any]:
     row: dict[str, Any] = {"id": episode.id, "sample": episode.sample, "law": episode.law, "seed": episode.seed}
-    return row | {name: value for name, value in episode.values.items() if name != "seed"}
-
-
-def _begin(episode: Episode, bench: Workbench, seat: int) -> Prepared:
-    return prepared(episode.experiment(), bench, seat=seat)
-
-
-def _attempted(episode: Episode, step: Callable[..., Step], *arguments: Any) -> Step | dict[str, Any]:
-    """What a step of an episode returns, or how the episode ended where it raises.
-
-    Raises:
-        CampaignError: it raises what is neither the law's fault nor the experiment's.
-    """
-    try:
-        return step(*arguments)
-    except LawError as error:
-        return _ended(FAILED, 0.0, str(error))
-    except WristError as error:
-        return _ended(INVALID, 0.0, str(error))
-    except Exception as error:
-        told = f"{type(error).__name__}: {one_line(error)}"
-        raise CampaignError(f"episode {episode.id} raised {told} (--replay {episode.id} runs it alone)") from error
+    row |= {name: value for name, value in episode.values.items() if name != "seed"}
+    if isinstance(result, Ended):
+        outcome = result.outcome
+        return row | _ended(str(outcome.status), outcome.time, outcome.reason) | vars(result.metrics)
+    if isinstance(result, WristError):
+        return row | _ended(FAILED if isinstance(result, LawError) else INVALID, 0.0, str(result))
+    told = f"{type(result).__name__}: {one_line(result)}"
+    raise CampaignError(f"episode {episode.id} raised {told} (--replay {episode.id} runs it alone)") from result
 
 
 def _ended(outcome: str, time: float, reason: str) -> dict[str, Any]:

@@ -145,6 +145,7 @@ def _local(workers: int, threads: int) -> Iterator[LocalCluster]:
         "distributed.worker.http.routes": [],
         "distributed.worker.profile.enabled": False,  # would stop the threads a hundred times a second to look at them
         "distributed.scheduler.allowed-failures": ALLOWED_FAILURES,
+        "distributed.admin.tick.interval": "1s",  # each event loop would look at the clock fifty times a second
         "distributed.admin.log-length": 10,  # of messages and transitions that nobody asks for
         "distributed.admin.low-level-log-length": 10,
         "distributed.diagnostics.computations.max-history": 1,

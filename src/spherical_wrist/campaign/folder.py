@@ -27,7 +27,7 @@ FORMAT = 1
 FEWEST_BATCHES = 32
 """Batches that a campaign has at least, where it has so many samples, so that there is something to share out."""
 
-BATCH_TIME, STEP_TIME, EPISODE_TIME = 0.5, 4e-6, 1e-3
+BATCH_TIME, STEP_TIME, EPISODE_TIME = 1.0, 4e-6, 1e-3
 """Seconds of work in a batch, and estimates of what a control period and an episode cost."""
 
 

@@ -6,13 +6,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from spherical_wrist.environment.play import MOTORS, NOMINAL, PLANT, ROW
+from spherical_wrist.environment.play import ROW
 from spherical_wrist.environment.task import Task
 from spherical_wrist.experiment.description import Experiment
 from spherical_wrist.experiment.measured import closed_loop
 from spherical_wrist.metrics import LogMeter
-from spherical_wrist.simulation.addresses import where
-from spherical_wrist.simulation.compiler import law_address
+from spherical_wrist.simulation.addresses import laid, where
+from spherical_wrist.simulation.compiler import address, compiled_loop
 from spherical_wrist.simulation.loop import LOG
 from spherical_wrist.simulation.workbench import Machine, Workbench
 
@@ -68,32 +68,13 @@ class Episode:
     def row(self) -> npt.NDArray[Any]:
         """The episode at its start, a ROW array of length one."""
         found, parts, task = np.zeros(1, ROW), self.loop.parts, self._task
-        row, plant, nominal, drive = found[0], parts.plant, parts.nominal, parts.drive
+        row, run = found[0], found[0]["run"]
         scratch, log, states, currents = self._made
-        lasting = {
-            "parameters": self._parameters,
-            "state": parts.state,
-            "settings": parts.settings,
-            "signal": parts.signal,
-            "command": parts.command,
-            "sensor": parts.sensor.settings,
-            "scratch": scratch,
-            "history": parts.sensor.history,
-            "drive": drive.settings,
-            "log": log,
-            "states": states,
-            "currents": currents,
-            "window": self._meter.window,
-            "totals": self._meter.totals,
-            **{name: getattr(plant, name) for name in PLANT},
-            **{f"nominal_{name}": getattr(nominal, name) for name in NOMINAL},
-            **{name: getattr(drive, name) for name in MOTORS},
-        }
-        for name, array in lasting.items():
-            row[name] = where(array)
-        row["law"] = law_address(self.experiment.law)
-        row["model"], row["data"] = plant.model, plant.data
-        row["nominal_model"], row["nominal_data"] = nominal.model, nominal.data
+        run["loop"] = address(compiled_loop())
+        run["parts"] = laid(parts._replace(law=address(parts.law), parameters=self._parameters))
+        run["log"], run["states"], run["currents"] = map(where, (log, states, currents))
+        run["window"], run["totals"] = where(self._meter.window), where(self._meter.totals)
+        row["scratch"] = where(scratch)
         row["left"], row["frame"] = self.samples, task.frame_skip
         gravity = task.nominal.model.opt.gravity @ task.nominal.mount
         row["gravity"] = gravity / (np.linalg.norm(gravity) or 1.0)
@@ -113,8 +94,7 @@ class Episode:
         self._place(row)
 
     def _place(self, row: Any) -> None:
-        for name, array in zip(self._inputs._fields, self._inputs, strict=True):
-            row[name] = where(array)
+        row["run"]["inputs"] = laid(self._inputs)
         row["offset"] = 0
 
     def conclude(self, left: int, result: Any) -> dict[str, Any]:

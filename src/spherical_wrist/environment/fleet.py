@@ -10,11 +10,12 @@ import numpy.typing as npt
 
 from spherical_wrist.environment.episode import Episode
 from spherical_wrist.environment.observation import SEEN
-from spherical_wrist.environment.play import PLAYING, RESULT, ROW, play
+from spherical_wrist.environment.play import RESULT, ROW, play
 from spherical_wrist.environment.task import Task, counted
 from spherical_wrist.errors import ParameterError, one_line
 from spherical_wrist.experiment.description import Experiment
 from spherical_wrist.libmujoco import warnings_kept_in_data
+from spherical_wrist.simulation.bulk import PLAYING
 from spherical_wrist.simulation.compiler import compiled
 from spherical_wrist.simulation.nominal import NominalModel
 from spherical_wrist.simulation.plant_model import PlantModel

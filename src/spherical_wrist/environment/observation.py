@@ -27,6 +27,7 @@ from typing import Any
 
 import numpy as np
 
+from spherical_wrist.control.contract import SIGNAL
 from spherical_wrist.dynamics import MOTION
 from spherical_wrist.sensing.measure import SENSOR, Sensor
 from spherical_wrist.sensing.samples import SAMPLE
@@ -54,7 +55,7 @@ SEEN = len(NAMES)
 """How many numbers are seen, without the previous action."""
 
 
-def observe(row: Any, plant: Any, settings: Any, signal: Any, observation: Any) -> None:
+def observe(row: Any, plant: Any, settings: Any, observation: Any) -> None:
     """Writes what is seen at the present control instant, by taking its sample as the loop will take it; compiled.
 
     The sample is taken on a copy of the sensors, so that the loop takes the same one again. Where the state is not
@@ -64,17 +65,17 @@ def observe(row: Any, plant: Any, settings: Any, signal: Any, observation: Any) 
         row: a ROW record.
         plant: what is looked at.
         settings: a SETTINGS record, whose first instant is the present one.
-        signal: a SIGNAL record, written.
         observation: written, (18 and the numbers of an action,).
     """
     p, w, k = plant.qpos, plant.qvel, row.offset
     for i in range(3):
         if not (isfinite(p[i]) and isfinite(p[i + 1]) and isfinite(w[i])):
             return
-    scratch = records(row.scratch, SENSOR)
-    scratch[0] = records(row.sensor, SENSOR)[0]
-    sensor = Sensor(scratch[0], table(row.history))
-    sample, seen, ahead = records(row.samples, SAMPLE)[k], records(row.seen, MOTION)[k], records(row.ahead, MOTION)[k]
+    parts, inputs, scratch = row.run.parts, row.run.inputs, records(row.scratch, SENSOR)
+    scratch[0] = records(parts.sensor.settings, SENSOR)[0]
+    sensor, signal = Sensor(scratch[0], table(parts.sensor.history)), records(parts.signal, SIGNAL)[0]
+    sample, seen = records(inputs.samples, SAMPLE)[k], records(inputs.seen, MOTION)[k]
+    ahead = records(inputs.ahead, MOTION)[k]
     view = look(signal, settings, 0, (p[0], p[1], p[2], p[3]), (w[0], w[1], w[2]), sensor, sample, seen)
     predict(signal, view.attitude, view.rate, seen, ahead, view.horizon)
     q, g = view.attitude, row.gravity

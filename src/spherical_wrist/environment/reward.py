@@ -49,7 +49,8 @@ def judge(row: Any, plant: Any, logged: int, period: float, result: Any) -> None
         period: control period T [s].
         result: a RESULT record, written.
     """
-    log, desired, p, w = records(row.log, LOG), records(row.desired, MOTION), plant.qpos, plant.qvel
+    log, desired = records(row.run.log, LOG), records(row.run.inputs.desired, MOTION)
+    p, w = plant.qpos, plant.qvel
     start, pay = row.offset - logged, 0.0
     result.beyond = False
     for r in range(logged + 1):

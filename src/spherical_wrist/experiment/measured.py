@@ -36,6 +36,7 @@ class Measured(NamedTuple):
     wall_time: float
 
 
+@warnings_kept_in_data()
 def measured(
     experiment: Experiment,
     bench: Workbench,
@@ -55,68 +56,23 @@ def measured(
     Raises:
         WristError: see :func:`spherical_wrist.experiment.simulate.simulate`.
     """
-    return finished(prepared(experiment, bench, stop), keep, stop, chunk)
-
-
-class Prepared(NamedTuple):
-    """An experiment that can be run.
-
-    Attributes:
-        loop: the closed loop at its start; None where preparing it was stopped.
-        meter: what measures it.
-        measurement: what the figures depend on besides the series.
-    """
-
-    loop: ClosedLoop | None
-    meter: LogMeter
-    measurement: Measurement
-
-
-@warnings_kept_in_data()
-def prepared(
-    experiment: Experiment, bench: Workbench, stop: Callable[[], bool] = lambda: False, seat: int = 0
-) -> Prepared:
-    """All of :func:`measured` that comes before running.
-
-    Several experiments can be prepared on a bench, each on a seat of its own, and then be run one after the other:
-    what prepares them, and what runs them, is then found in the processor's caches.
-
-    Raises:
-        WristError: see :func:`spherical_wrist.experiment.simulate.simulate`.
-    """
     measurement = experiment.measurement(bench.wrist(experiment.wrist_file))
     meter = LogMeter(measurement, bench.engine)
     try:
-        return Prepared(closed_loop(experiment, bench, stop, seat=seat), meter, measurement)
+        loop = closed_loop(experiment, bench, stop)
     except _StoppedError:
-        return Prepared(None, meter, measurement)
-
-
-@warnings_kept_in_data()
-def finished(
-    ready: Prepared,
-    keep: Callable[[ClosedLoop, Logged], None] = lambda loop, logged: None,
-    stop: Callable[[], bool] = lambda: False,
-    chunk: int = CHUNK,
-) -> Measured:
-    """Runs what was prepared; see :func:`measured`.
-
-    Raises:
-        WristError: see :func:`spherical_wrist.experiment.simulate.simulate`.
-    """
-    loop, meter, measurement = ready
-    if loop is None:
-        return Measured(Outcome(Status.INTERRUPTED, 0.0, "stopped on request"), meter.result(), measurement, 0.0)
-    began, outcome = time.perf_counter(), loop.outcome
-    while outcome is None:
+        outcome = Outcome(Status.INTERRUPTED, 0.0, "stopped on request")
+        return Measured(outcome, meter.result(), measurement, 0.0)
+    began, ended = time.perf_counter(), loop.outcome
+    while ended is None:
         if stop():
-            outcome = Outcome(Status.INTERRUPTED, loop.sample * measurement.period, "stopped on request")
+            ended = Outcome(Status.INTERRUPTED, loop.sample * measurement.period, "stopped on request")
             break
         logged = loop.run(chunk)
         meter.add(logged)
         keep(loop, logged)
-        outcome = loop.outcome
-    return Measured(outcome, meter.result(), measurement, time.perf_counter() - began)
+        ended = loop.outcome
+    return Measured(ended, meter.result(), measurement, time.perf_counter() - began)
 
 
 def closed_loop(

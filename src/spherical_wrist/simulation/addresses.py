@@ -14,13 +14,31 @@ ARRAY = np.dtype([("at", "i8"), ("rows", "i8"), ("columns", "i8")], align=True)
 
 
 def where(array: npt.NDArray[Any]) -> tuple[int, int, int]:
-    """An array as an ARRAY; it must be contiguous, or of one dimension."""
+    """An array as an ARRAY.
+
+    Raises:
+        ValueError: it has two dimensions, and its numbers do not lie one after the other.
+    """
+    if not (array.ndim == 1 or array.flags.c_contiguous):
+        raise ValueError(f"an array with strides {array.strides} cannot be found by its address")
     columns = array.shape[1] if array.ndim == 2 else array.strides[0] // array.itemsize
     return array.ctypes.data, array.shape[0], columns
 
 
+def laid(thing: Any) -> Any:
+    """Addresses and arrays, in tuples of any depth, as a record of the same shape takes them."""
+    if isinstance(thing, tuple):
+        return tuple(map(laid, thing))
+    return where(thing) if isinstance(thing, np.ndarray) else thing
+
+
 def law_at(address: int) -> Any:
     """The law whose compiled step lies at an address. Compiled code only, like what follows."""
+    raise NotImplementedError
+
+
+def loop_at(address: int) -> Any:
+    """The compiled loop that lies at an address."""
     raise NotImplementedError
 
 

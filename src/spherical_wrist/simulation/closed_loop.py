@@ -34,9 +34,10 @@ RATE_LIMIT = 1000.0
 """Rate [rad/s] beyond which a run counts as diverged: a radian per millisecond, far from any wrist's."""
 
 CHUNK = 8192
+"""Control periods that are simulated at a time, which bounds the memory of a run however long it is."""
+
 MOST_STEPS = 16 * CHUNK
 """Physics steps between two answers to who asks to stop, and rows of the disturbance in memory."""
-"""Control periods that are simulated at a time, which bounds the memory of a run however long it is."""
 
 
 class Start(NamedTuple):
@@ -142,14 +143,10 @@ class ClosedLoop:
         Raises:
             LawError: the law raised, or wrote a torque that is not finite.
         """
-        timing, engine = self._timing, self._engine
-        samples = min(samples, max(1, MOST_STEPS // timing.substeps))
-        last = min(self.sample + samples, timing.samples) if self.outcome is None else self.sample
-        inputs = self.draw(self.sample, last)
-        log = self._bench.log(last - self.sample)
+        engine, inputs = self._engine, self.next_inputs(samples)
+        log = self._bench.log(len(inputs.time))
         states = np.empty((len(log), self._law.state_size))
         currents = np.empty((len(log), len(self._drive.coils)))
-        self._settings["first"] = self.sample
         arguments = (*self.parts.handed(engine, inputs), engine.records(log), states, currents)
         try:
             with warnings_kept_in_data():
@@ -157,8 +154,15 @@ class ClosedLoop:
         except Exception as error:  # nothing in the loop raises but a law, which may raise anything
             self.blame(f"raised {type(error).__name__}: {one_line(error)}")
         self.conclude(*progress)
-        rows = (inputs.time, inputs.desired, inputs.disturbance[:: timing.substeps], log, states, currents)
+        rows = (inputs.time, inputs.desired, inputs.disturbance[:: self._timing.substeps], log, states, currents)
         return Logged(*rows).first(progress.logged)
+
+    def next_inputs(self, samples: int) -> Inputs:
+        """The inputs of up to so many control periods from the present instant on, which the loop is told of."""
+        samples = min(samples, max(1, MOST_STEPS // self._timing.substeps))
+        last = min(self.sample + samples, self._timing.samples) if self.outcome is None else self.sample
+        self._settings["first"] = self.sample
+        return self.draw(self.sample, last)
 
     def draw(self, first: int, last: int) -> Inputs:
         """The inputs of the control instants ``first`` up to but not including ``last``; each once, in turn."""

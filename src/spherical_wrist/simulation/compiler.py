@@ -50,7 +50,7 @@ def _signatures() -> Any:
 
 @cache
 def _intrinsics() -> dict[Function, Any]:
-    return intrinsics(_numba(), _signatures().law)
+    return intrinsics(_numba(), _signatures().law, _signatures().loop)
 
 
 def _address(array: Any) -> Any:
@@ -219,9 +219,10 @@ _LAYOUT: Any = None
 _step: Any = None
 
 
-def law_address(law: Law) -> int:
-    """Where a law's compiled step lies, for :func:`spherical_wrist.simulation.addresses.law_at`."""
-    result = compiled_law(law).get_compile_result(_signatures().law)
+@cache
+def address(function: Any) -> int:
+    """Where something compiled lies, for ``law_at`` and ``loop_at`` of :mod:`spherical_wrist.simulation.addresses`."""
+    [result] = function.overloads.values()
     return int(result.library.get_pointer_to_function(result.fndesc.llvm_func_name))
 
 

@@ -6,15 +6,15 @@ from typing import Any
 from spherical_wrist.simulation import addresses
 
 
-def intrinsics(numba: Any, law: Any) -> dict[Callable[..., Any], Any]:
+def intrinsics(numba: Any, law: Any, loop: Any) -> dict[Callable[..., Any], Any]:
     """What stands in compiled code for the functions of ``addresses`` that have no Python.
 
     Args:
         numba: the module.
         law: signature of a law's step.
+        loop: signature of the loop.
     """
     types, cgutils = numba.core.types, numba.core.cgutils
-    kind = types.FunctionType(law)
 
     @numba.extending.intrinsic  # type: ignore[untyped-decorator]
     def memory(typing_context: Any, address: Any) -> Any:
@@ -23,13 +23,19 @@ def intrinsics(numba: Any, law: Any) -> dict[Callable[..., Any], Any]:
 
         return types.voidptr(types.intp), generate
 
-    @numba.extending.intrinsic  # type: ignore[untyped-decorator]
-    def law_at(typing_context: Any, address: Any) -> Any:
-        def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            function = cgutils.create_struct_proxy(kind)(context, builder)
-            function.jit_addr = builder.inttoptr(arguments[0], cgutils.voidptr_t)
-            return function._getvalue()
+    def function_at(signature: Any) -> Any:
+        kind = types.FunctionType(signature)
 
-        return kind(types.intp), generate
+        @numba.extending.intrinsic  # type: ignore[untyped-decorator]
+        def at(typing_context: Any, address: Any) -> Any:
+            def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+                function = cgutils.create_struct_proxy(kind)(context, builder)
+                function.jit_addr = builder.inttoptr(arguments[0], cgutils.voidptr_t)
+                return function._getvalue()
 
-    return {addresses.memory: memory, addresses.law_at: law_at, addresses.carray: numba.carray}
+            return kind(types.intp), generate
+
+        return at
+
+    functions = {addresses.law_at: function_at(law), addresses.loop_at: function_at(loop)}
+    return {addresses.memory: memory, addresses.carray: numba.carray, **functions}

@@ -12,7 +12,7 @@ from spherical_wrist.dynamics import MOTION, Nominal
 from spherical_wrist.sensing.measure import SENSOR, Sensor
 from spherical_wrist.sensing.samples import SAMPLE
 from spherical_wrist.simulation.gauge import TOTALS, WINDOW
-from spherical_wrist.simulation.loop import LOG, SETTINGS, Plant
+from spherical_wrist.simulation.loop import LOG, SETTINGS, Plant, Progress
 
 
 def signatures(numba: Any) -> SimpleNamespace:
@@ -26,7 +26,8 @@ def signatures(numba: Any) -> SimpleNamespace:
     drive = t.NamedTuple([record(DRIVE), vector, vector, matrix, vector, vector, matrix], Drive)
     motion, sample, log = (t.Array(record(dtype), 1, "C") for dtype in (MOTION, SAMPLE, LOG))
     law = t.void(record(SIGNAL), vector, vector, record(COMMAND))
-    loop = (
+    progress = t.NamedUniTuple(t.int64, 2, Progress)
+    loop = progress(
         t.FunctionType(law), vector, vector, plant, nominal, sensor, drive, record(SETTINGS),
         motion, motion, motion, sample, matrix, record(SIGNAL), record(COMMAND), log, matrix, matrix,
     )  # fmt: skip

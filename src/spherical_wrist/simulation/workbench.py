@@ -28,7 +28,7 @@ Made = TypeVar("Made")
 KEPT = 16
 """Models, laws and values of each kind that are kept."""
 
-SEATS = 4
+SEATS = 16
 """Runs that may be prepared at a time, before they are run one after the other."""
 
 
