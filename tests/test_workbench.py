@@ -106,6 +106,12 @@ def test_it_moves_as_the_compiled_one_and_leaves_no_trace(wrist):
     np.testing.assert_allclose(moved, states(compiled, mujoco.MjData(compiled)), rtol=1e-9, atol=1e-9)
     fresh.perturb(change)
     assert moved.tobytes() == states(fresh.model, fresh.data).tobytes()
+    plant.perturb(Perturbation(0.7, payload=0.01))
+    other = plant.another()
+    other.perturb(change)
+    plant.perturb(Perturbation(friction=0.02))
+    assert moved.tobytes() == states(other.model, other.data).tobytes()
+    assert mujoco.MjData(other.model).qpos.tobytes() == mujoco.MjData(fresh.model).qpos.tobytes()
 
 
 def test_the_whole_of_two_masses_is_the_reduced_mass_formula():

@@ -177,7 +177,7 @@ def held(path: Path) -> Iterator[None]:
 
 
 def batch_size(campaign: Campaign) -> int:
-    """Episodes in a batch: half a second's work, whole samples where that is possible."""
+    """Episodes in a batch: a second's work, whole samples where that is possible."""
     if campaign.batch is not None:
         return campaign.batch
     first = next(iter(campaign.bases.values()))

@@ -51,7 +51,8 @@ class Fleet:
         self._task, self._bench = task, Workbench()
         self._play = compiled(play, ROW, RESULT, np.float64)
         timing, threads = task.experiment.timing(task.nominal), min(threads, seats)
-        self._plants = [PlantModel(task.nominal, timing.physics_period) for _ in range(seats)]
+        plant = PlantModel(task.nominal, timing.physics_period)
+        self._plants = [plant, *(plant.another() for _ in range(seats - 1))]
         # the nominal model is working memory: each thread has its own, for all of its seats
         nominals = [NominalModel(task.nominal, timing, self._bench.engine) for _ in range(threads)]
         self._nominals = [nominals[seat * threads // seats] for seat in range(seats)]

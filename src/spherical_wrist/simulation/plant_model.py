@@ -9,6 +9,7 @@ adds a point mass at the tip. The whole has, by the parallel-axis theorem,
 of which the compiled model keeps the principal values and axes. What else depends on them MuJoCo derives itself.
 """
 
+from copy import copy
 from typing import NamedTuple, Self
 
 import mujoco
@@ -83,6 +84,13 @@ class PlantModel:
         # else other bodies would move on their own, or MuJoCo would count on principal axes that a perturbation turns:
         # those of the body's own frame, and of the boxes in which it looks for contacts
         self._is_one_body = self.model.nbody == body + 1 and not (same or touches)
+
+    def another(self) -> Self:
+        """The same plant again, with a model and data of its own, in half the time of making it."""
+        made = copy(self)
+        made.model = copy(self.model)
+        made.data = mujoco.MjData(made.model)
+        return made
 
     def perturb(self, change: Perturbation) -> None:
         """Perturbs the nominal wrist, and puts the data back as it was made.

@@ -121,7 +121,8 @@ class Workbench:
             ModelError: MuJoCo refuses the plant, or cannot step it.
         """
         step, wrist = timing.physics_period, self.wrist(file)
-        plant = self._plants.get((file, step, seat), lambda: PlantModel(wrist, step))
+        first = self._plants.get((file, step), lambda: PlantModel(wrist, step))
+        plant = self._plants.get((file, step, seat), first.another) if seat else first
         plant.perturb(change)
         nominal = self._nominals.get((file, step), lambda: NominalModel(wrist, timing, self.engine))
         return Machine(plant.model, plant.data, nominal)
