@@ -6,6 +6,7 @@ import sys
 import warnings
 from typing import Any
 
+from spherical_wrist.cli.signals import raising
 from spherical_wrist.cli.streams import complain, discard, prepare
 from spherical_wrist.errors import WristError
 
@@ -50,12 +51,12 @@ def _note_interruptions() -> list[int]:
     """Notes Ctrl-C in the list that it returns: some modules make another error of it while they are imported."""
     received: list[int] = []
 
-    def interrupt(number: int, _: Any) -> None:
+    def interrupt(number: int) -> None:
         received.append(number)
         raise KeyboardInterrupt
 
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
-        signal.signal(signal.SIGINT, interrupt)
+        signal.signal(signal.SIGINT, raising(interrupt))
     return received
 
 

@@ -1,9 +1,21 @@
 """Ctrl-C and SIGTERM, acted upon once: a command ends in its own time, and loses nothing."""
 
+import _thread
 import signal
+import threading
+import time
+import weakref
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from types import FrameType
 from typing import Any
+
+DEAF = {"__del__", "_raw_object_cache_notify"}
+"""Functions out of which nothing is raised: Python prints it and goes on. LLVM calls the second one while it compiles,
+which takes seconds the first time."""
+
+AGAIN = 0.02
+"""Seconds after which a signal that came there is sent again."""
 
 WATCHED = (signal.SIGINT, signal.SIGTERM)
 
@@ -18,6 +30,33 @@ class Stopped(BaseException):  # not to be taken for an error on its way up
     def __init__(self, number: int) -> None:
         super().__init__(number)
         self.number = number
+
+
+def raising(act: Callable[[int], None]) -> Callable[[int, FrameType | None], Any]:
+    """A handler of signals that acts where it can raise, and else lets the signal come again until it can."""
+
+    def handle(number: int, frame: FrameType | None) -> None:
+        if _deaf(frame):
+            # threading's own locks may be held by what was interrupted
+            _thread.start_new_thread(_send_again, (number,))
+        else:
+            act(number)
+
+    return handle
+
+
+def _deaf(frame: FrameType | None) -> bool:
+    while frame is not None:
+        code = frame.f_code
+        if code.co_name in DEAF or code.co_filename == weakref.__file__:
+            return True
+        frame = frame.f_back
+    return False
+
+
+def _send_again(number: int) -> None:
+    time.sleep(AGAIN)
+    signal.pthread_kill(threading.main_thread().ident or 0, number)
 
 
 @contextmanager
@@ -47,12 +86,12 @@ def _once(act: Callable[[int], None]) -> Iterator[None]:
         for number, handler in before.items():
             signal.signal(number, handler)
 
-    def handle(number: int, _: Any) -> None:
+    def once(number: int) -> None:
         restore()
         act(number)
 
     for number in WATCHED:
-        signal.signal(number, handle)
+        signal.signal(number, raising(once))
     try:
         yield
     finally:

@@ -8,9 +8,9 @@ import webbrowser
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from types import FrameType
 from typing import NamedTuple
 
+from spherical_wrist.cli.signals import raising
 from spherical_wrist.errors import ParameterError
 
 SIZE = "1600x1000"
@@ -113,11 +113,11 @@ def _has_display() -> bool:
 def _ended_by_signals() -> Iterator[None]:
     """Makes the signals that end a process end it as Ctrl-C does: what it has started ends first."""
 
-    def end(number: int, _: FrameType | None) -> None:
+    def end(number: int) -> None:
         sys.exit(128 + number)
 
     watched = (signal.SIGTERM, signal.SIGHUP)
-    before = [signal.signal(number, end) for number in watched]
+    before = [signal.signal(number, raising(end)) for number in watched]
     try:
         yield
     finally:
