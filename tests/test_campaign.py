@@ -507,3 +507,22 @@ def test_a_signal_leaves_a_folder_that_resumes(whole, tmp_path, number):
     assert not odd
     with held(tmp_path / "c"):
         pass
+
+
+@pytest.mark.parametrize("level", [0.0, 0.1])
+@pytest.mark.parametrize("workers", ["0", "1"])
+def test_a_signal_ends_long_episodes_too(tmp_path, workers, level):
+    file, folder = tmp_path / "c.toml", tmp_path / "c"
+    file.write_text(f"samples = 2\n[experiment]\nduration = 100000\ndisturbance = {{ level = {level} }}\n")
+    command = [sys.executable, "-c", "from spherical_wrist.cli import main; main()", "sweep", str(file), "-o"]
+    with subprocess.Popen(
+        [*command, str(folder), "--workers", workers, "--threads", "1"], stderr=subprocess.PIPE, text=True
+    ) as process:
+        while not (folder / "campaign.json").exists():
+            time.sleep(0.02)
+            assert process.poll() is None
+        time.sleep(4.0)  # until it runs
+        process.send_signal(signal.SIGINT)
+        _, err = process.communicate(timeout=20)
+    assert process.returncode == 128 + signal.SIGINT
+    assert err.endswith(f"stopped; go on with: wrist sweep {folder} --resume\n")

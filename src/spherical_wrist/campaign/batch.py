@@ -1,12 +1,13 @@
 """A batch of episodes, from their ids to the bytes of their file: what a worker does."""
 
 import threading
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import lru_cache
 from itertools import islice
 from typing import Any
 
+from spherical_wrist.campaign.cluster import closing
 from spherical_wrist.campaign.description import Campaign
 from spherical_wrist.campaign.digest import digest_of, version_differences
 from spherical_wrist.campaign.episode import Episode
@@ -32,6 +33,7 @@ def run_batch(text: str, digest: str, batch: Batch, expected: Mapping[str, str])
         expected: versions of packages and platform that the results must come from.
 
     Raises:
+        StoppedError: the worker is being closed.
         CampaignError: this process has other versions, or an episode raised what it should not.
     """
     other = version_differences(expected)
@@ -45,17 +47,20 @@ def run_batch(text: str, digest: str, batch: Batch, expected: Mapping[str, str])
     episodes, rows = campaign.episodes(batch.first, batch.last), list[dict[str, Any]]()
     with undertaking.bench() as bench:
         while together := list(islice(episodes, SEATS)):
-            rows += run_episodes(together, bench)
+            rows += run_episodes(together, bench, closing)
     return encoded(campaign, digest, expected, rows)
 
 
-def run_episodes(episodes: Sequence[Episode], bench: Workbench) -> list[dict[str, Any]]:
+def run_episodes(
+    episodes: Sequence[Episode], bench: Workbench, stop: Callable[[], bool] = lambda: False
+) -> list[dict[str, Any]]:
     """Simulates up to ``SEATS`` episodes on a bench of this thread; their rows of the table.
 
     Raises:
+        StoppedError: asked to stop.
         CampaignError: something went wrong that is neither the law's fault nor the experiment's.
     """
-    results = measured_each([episode.experiment for episode in episodes], bench)
+    results = measured_each([episode.experiment for episode in episodes], bench, stop)
     return [_row(episode, result) for episode, result in zip(episodes, results, strict=True)]
 
 

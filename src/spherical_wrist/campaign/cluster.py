@@ -8,18 +8,20 @@ import logging
 import os
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import CancelledError
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from itertools import islice
 from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
 
 import dask
-from distributed import Client, KilledWorker, LocalCluster, as_completed
+from distributed import Client, KilledWorker, LocalCluster, Reschedule, as_completed, get_worker
 from distributed.comm.core import CommClosedError
+from distributed.core import Status
 from distributed.security import Security
 
 from spherical_wrist.campaign.errors import CampaignError
 from spherical_wrist.errors import ParameterError, one_line
+from spherical_wrist.experiment.measured import StoppedError
 
 Task = TypeVar("Task")
 Result = TypeVar("Result")
@@ -31,6 +33,9 @@ LOOPBACK = "127.0.0.1"
 
 ALLOWED_FAILURES = 10
 """Workers of this machine that may die over one task before it is given up."""
+
+ENDING = {Status.closing, Status.closed, Status.failed}
+"""States in which a worker takes no results any more."""
 
 CLOSING = 5.0
 """Seconds that a cluster is given to end."""
@@ -105,7 +110,7 @@ def run_all(
         client: of the cluster.
         function: what to run; importable on the workers.
         tasks: anything.
-        arguments: what the function is called with for a task.
+        arguments: what the function is called with for a task; it may raise StoppedError where :func:`closing`.
 
     Raises:
         CampaignError: the scheduler has gone, or a task ended every worker that tried it.
@@ -115,7 +120,10 @@ def run_all(
     running: dict[Any, Task] = {}
 
     def submitted(count: int) -> list[Any]:
-        fresh = {client.submit(function, *arguments(task), pure=False): task for task in islice(rest, max(count, 0))}
+        fresh = {
+            client.submit(_returned, function, arguments(task), pure=False): task
+            for task in islice(rest, max(count, 0))
+        }
         running.update(fresh)
         return list(fresh)
 
@@ -129,6 +137,22 @@ def run_all(
         raise CampaignError(f"a task ended all of {error.allowed_failures + 1} workers that tried it") from None
     except (CancelledError, CommClosedError):
         raise CampaignError("the connection to the scheduler is lost") from None
+
+
+def _returned(function: Callable[..., Result], arguments: tuple[Any, ...]) -> Result:
+    """What a function returns; a task that stops itself goes back to the scheduler."""
+    try:
+        return function(*arguments)
+    except StoppedError:
+        raise Reschedule from None
+
+
+def closing() -> bool:
+    """Whether this thread works for a worker that is being closed, so that what it computes is lost."""
+    try:
+        return get_worker().status in ENDING
+    except ValueError:  # for none
+        return False
 
 
 def _ahead(client: Client) -> int:
@@ -165,7 +189,8 @@ def _local(workers: int, threads: int) -> Iterator[LocalCluster]:
     try:
         yield cluster
     finally:
-        cluster.close(timeout=CLOSING)
+        with suppress(TimeoutError):
+            cluster.close(timeout=CLOSING)
 
 
 def _remote(address: str, tls: Tls | None) -> Client:

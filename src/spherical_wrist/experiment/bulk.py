@@ -9,12 +9,12 @@ import numpy as np
 
 from spherical_wrist.errors import one_line
 from spherical_wrist.experiment.description import Experiment
-from spherical_wrist.experiment.measured import closed_loop
+from spherical_wrist.experiment.measured import StoppedError, closed_loop
 from spherical_wrist.libmujoco import warnings_kept_in_data
 from spherical_wrist.metrics import LogMeter, Metrics
 from spherical_wrist.simulation.addresses import laid, where
 from spherical_wrist.simulation.bulk import PLAYING, RUN, play
-from spherical_wrist.simulation.closed_loop import CHUNK
+from spherical_wrist.simulation.closed_loop import CHUNK, MOST_STEPS
 from spherical_wrist.simulation.compiler import address, compiled, compiled_loop
 from spherical_wrist.simulation.outcome import Outcome
 from spherical_wrist.simulation.parts import Inputs
@@ -33,7 +33,9 @@ class Ended(NamedTuple):
     metrics: Metrics
 
 
-def measured_each(makers: Sequence[Callable[[], Experiment]], bench: Workbench) -> list[Ended | Exception]:
+def measured_each(
+    makers: Sequence[Callable[[], Experiment]], bench: Workbench, stop: Callable[[], bool] = lambda: False
+) -> list[Ended | Exception]:
     """Runs experiments, each to its end, and measures them; the bits are those of each on its own.
 
     Preparing all of them before any is run costs less: running one evicts from the processor's caches what preparing
@@ -42,16 +44,22 @@ def measured_each(makers: Sequence[Callable[[], Experiment]], bench: Workbench) 
     Args:
         makers: of the experiments, up to ``SEATS`` of the bench.
         bench: what they share on this thread; compiled.
+        stop: asked a few times a second whether to stop.
 
     Returns:
         For each what is left of it, or the exception that making, preparing or running it raised.
+
+    Raises:
+        StoppedError: asked to stop.
     """
     with warnings_kept_in_data():
         with _by_turns():
-            begun = [_begun(make, bench, seat) for seat, make in enumerate(makers)]
+            begun = [_begun(make, bench, seat, stop) for seat, make in enumerate(makers)]
             piece = _Piece(begun, bench)
         while piece.running:
             piece.play()
+            if stop():
+                raise StoppedError
             with _by_turns():
                 piece.conclude()
                 piece = _Piece(begun, bench)
@@ -61,9 +69,9 @@ def measured_each(makers: Sequence[Callable[[], Experiment]], bench: Workbench) 
 class _Running:
     """A run on a seat of a bench."""
 
-    def __init__(self, experiment: Experiment, bench: Workbench, seat: int) -> None:
+    def __init__(self, experiment: Experiment, bench: Workbench, seat: int, stop: Callable[[], bool]) -> None:
         self.meter = LogMeter(experiment.measurement(bench.wrist(experiment.wrist_file)), bench.engine)
-        self.loop = closed_loop(experiment, bench, seat=seat)
+        self.loop = closed_loop(experiment, bench, stop, seat=seat)
         self.widths = experiment.law.state_size, len(self.loop.parts.drive.coils)
         self.fault: Exception | None = None
 
@@ -106,9 +114,13 @@ def _by_turns() -> Iterator[None]:
             _turn.release()
 
 
-def _begun(make: Callable[[], Experiment], bench: Workbench, seat: int) -> _Running | Exception:
+def _begun(
+    make: Callable[[], Experiment], bench: Workbench, seat: int, stop: Callable[[], bool]
+) -> _Running | Exception:
     try:
-        return _Running(make(), bench, seat)
+        return _Running(make(), bench, seat, stop)
+    except StoppedError:
+        raise
     except Exception as error:
         return error
 
@@ -122,7 +134,8 @@ class _Piece:
 
     def __init__(self, begun: Sequence[_Running | Exception], bench: Workbench) -> None:
         going = [each for each in begun if isinstance(each, _Running) and each.goes_on]
-        drawn = [each.attempt(each.loop.next_inputs, CHUNK) for each in going]
+        steps = MOST_STEPS // max(len(going), 1)  # of all together as many as of one alone, for who asks to stop
+        drawn = [each.attempt(each.loop.next_inputs, CHUNK, steps) for each in going]
         self.running = [each for each in going if each.goes_on]
         self._inputs: list[Inputs] = [inputs for inputs in drawn if inputs is not None]
         self._runs = np.zeros(len(self.running), RUN)

@@ -60,7 +60,7 @@ def measured(
     meter = LogMeter(measurement, bench.engine)
     try:
         loop = closed_loop(experiment, bench, stop)
-    except _StoppedError:
+    except StoppedError:
         outcome = Outcome(Status.INTERRUPTED, 0.0, "stopped on request")
         return Measured(outcome, meter.result(), measurement, 0.0)
     began, ended = time.perf_counter(), loop.outcome
@@ -92,6 +92,7 @@ def closed_loop(
         seat: of the bench, whose plant it takes.
 
     Raises:
+        StoppedError: asked to stop.
         WristError: see :func:`spherical_wrist.experiment.simulate.simulate`.
     """
     nominal = bench.wrist(experiment.wrist_file)
@@ -111,15 +112,15 @@ def closed_loop(
     return ClosedLoop(nominal, nominal, *parts, bench, made)
 
 
-class _StoppedError(Exception):
-    """Stopped before there was a peak to go on with."""
+class StoppedError(Exception):
+    """Stopped on request before there was anything to go on with."""
 
 
 def _peak(nominal: Wrist, reference: Motion, timing: Timing, engine: Engine, stop: Callable[[], bool]) -> float:
     """See ``peak_torque``; a peak that was cut short must not be remembered.
 
     Raises:
-        _StoppedError: asked to stop.
+        StoppedError: asked to stop.
     """
     stopped: list[bool] = []
 
@@ -130,5 +131,5 @@ def _peak(nominal: Wrist, reference: Motion, timing: Timing, engine: Engine, sto
 
     peak = peak_torque(nominal, reference, timing, engine, halted)
     if stopped:
-        raise _StoppedError
+        raise StoppedError
     return peak

@@ -157,9 +157,9 @@ class ClosedLoop:
         rows = (inputs.time, inputs.desired, inputs.disturbance[:: self._timing.substeps], log, states, currents)
         return Logged(*rows).first(progress.logged)
 
-    def next_inputs(self, samples: int) -> Inputs:
-        """The inputs of up to so many control periods from the present instant on, which the loop is told of."""
-        samples = min(samples, max(1, MOST_STEPS // self._timing.substeps))
+    def next_inputs(self, samples: int, steps: int = MOST_STEPS) -> Inputs:
+        """The inputs of up to so many control periods, and physics steps, from now on; the loop is told of them."""
+        samples = min(samples, max(1, steps // self._timing.substeps))
         last = min(self.sample + samples, self._timing.samples) if self.outcome is None else self.sample
         self._settings["first"] = self.sample
         return self.draw(self.sample, last)
