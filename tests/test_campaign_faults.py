@@ -43,9 +43,9 @@ WRIST = [sys.executable, "-c", "from spherical_wrist.cli import main; main()"]
 HERE = Cluster(workers=0, threads=2)
 
 
-def begun(path):
+def begun(path, text=TEXT):
     file = path.with_suffix(".toml")
-    file.write_text(TEXT)
+    file.write_text(text)
     with held(path):
         return Folder.create(path, file, rehearsed(file))
 
@@ -136,7 +136,7 @@ def test_a_worker_is_killed(expected, tmp_path, seed):
 
 @contextmanager
 def cluster_of(*options, workers=1, protocol="tcp"):
-    """A scheduler and its workers as processes of their own: the scheduler's process, and its address."""
+    """A scheduler and its workers as processes of their own: the scheduler's, its address, and theirs."""
     start = [sys.executable, "-m"]
     quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
     with socket_free() as port:
@@ -146,7 +146,7 @@ def cluster_of(*options, workers=1, protocol="tcp"):
     worker = [*start, dask_worker.__name__, address, "--host", "127.0.0.1", "--no-dashboard", "--no-nanny"]
     team = [subprocess.Popen([*worker, "--nthreads", "1", *options], **quiet) for _ in range(workers)]
     try:
-        yield scheduler, address
+        yield scheduler, address, team
     finally:
         for process in (*team, scheduler):
             with suppress(OSError):
@@ -161,11 +161,36 @@ def socket_free():
         yield bound.getsockname()[1]
 
 
+@pytest.mark.parametrize("duration", [0.2, 40.0])
+@pytest.mark.parametrize("seed", SEEDS)
+def test_a_worker_is_told_to_end(expected, tmp_path, seed, duration):
+    """As at the time limit of a job: another runs the batch that it has begun, also where that would take seconds."""
+    text = TEXT if duration == 0.2 else TEXT.replace("0.2", str(duration), 1).replace("300", "15")
+    folder = begun(tmp_path / "c", text)
+    with cluster_of(workers=2) as (_, address, team):
+
+        def end():
+            wait_for(folder.path, 1)
+            time.sleep(float(np.random.default_rng([seed, 5]).uniform(0.0, 0.5)))
+            team[0].send_signal(signal.SIGTERM)
+
+        ender = threading.Thread(target=end)
+        ender.start()
+        with held(folder.path):
+            assert sweep(folder, Cluster(address), Listener(warn=pytest.fail)) == folder.campaign.size
+        ender.join()
+        team[0].wait(timeout=20.0)
+        assert team[1].poll() is None
+    assert finish(folder.path) == folder.files.count
+    if duration == 0.2:
+        assert contents(folder.path) == expected
+
+
 @pytest.mark.parametrize("seed", SEEDS)
 def test_the_scheduler_is_killed(expected, tmp_path, seed):
     folder = begun(tmp_path / "c")
     batches, later = moment([seed, 3])
-    with cluster_of() as (scheduler, address):
+    with cluster_of() as (scheduler, address, _):
 
         def kill():
             wait_for(folder.path, batches)
@@ -255,7 +280,7 @@ def test_a_cluster_by_tls(tmp_path):
     subprocess.run([*new, "-subj", "/CN=localhost", "-keyout", key, "-out", cert], check=True, capture_output=True)
     shutil.copy(cert, ca)  # it signed itself
     options = ["--tls-ca-file", str(ca), "--tls-cert", str(cert), "--tls-key", str(key)]
-    with cluster_of(*options, protocol="tls") as (_, address):
+    with cluster_of(*options, protocol="tls") as (_, address, _):
         with connected(Cluster(address, tls=Tls(ca, cert, key))) as client:
             assert [result for _, result in run_all(client, abs, [-7], lambda task: (task,))] == [7]
         with pytest.raises(CampaignError, match="no scheduler"), connected(Cluster(address.replace("tls", "tcp"))):
