@@ -1,5 +1,9 @@
 """The wrist that comes with the package, what makes a model a wrist, and motors that point anywhere."""
 
+import subprocess
+import sys
+from pathlib import Path
+
 import mujoco
 import numpy as np
 import pytest
@@ -326,3 +330,33 @@ def test_limits_bind_each_motor_and_not_each_axis(engine):
     cut = (np.abs(controls) > 0.004 * (1.0 - 1e-9)).any(axis=1)
     assert 0 < cut.sum() < len(run)
     assert np.array_equal(cut, run.saturated == 1.0)
+
+
+AFTER_MEMORY_RAN_OUT = """
+import resource, sys
+from pathlib import Path
+from spherical_wrist.errors import ModelError
+from spherical_wrist.wrist.mjcf import compiled, read_spec
+
+used = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
+resource.setrlimit(resource.RLIMIT_AS, (used + 2**28, used + 2**28))
+for _ in range(3):
+    try:
+        compiled(read_spec(Path(sys.argv[1])), "large")
+    except ModelError as error:
+        print(error)
+    read_spec(Path(sys.argv[2]))
+"""
+
+
+@pytest.mark.skipif(not Path("/proc/self/statm").exists(), reason="limits memory as Linux does")
+def test_a_model_is_read_after_another_had_no_room(tmp_path):
+    """MuJoCo's bindings would hang at the warning that the second one has a number that is none."""
+    field = '<asset><hfield name="h" nrow="20000" ncol="20000" size="1 1 1 1"/></asset>'
+    for name, added in (("large", field), ("nan", '<option gravity="nan 0 0"/>')):
+        (tmp_path / f"{name}.xml").write_text(mjcf().replace("<worldbody>", f"{added}<worldbody>"))
+    files = [str(tmp_path / f"{name}.xml") for name in ("large", "nan")]
+    command = [sys.executable, "-c", AFTER_MEMORY_RAN_OUT, *files]
+    answer = subprocess.run(command, capture_output=True, text=True, timeout=60, cwd=tmp_path, check=True)
+    assert answer.stdout.count("MuJoCo cannot say why; there may be too little memory") == 3
+    assert answer.stderr == ""

@@ -5,10 +5,11 @@ The only room that touches raw symbols of the library.
 
 import ctypes
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import mujoco
 
@@ -45,6 +46,20 @@ def _ignore() -> int | None:
     return ctypes.cast(ctypes.CDLL(None).strlen, ctypes.c_void_p).value
 
 
+@cache
+def _forget_handler() -> Callable[[], Any]:
+    """Takes the handler of messages that this thread may have out of libmujoco.
+
+    MuJoCo's bindings leave theirs there where memory ran out in the middle of a call (an exception of C++): the next
+    call would take it for the one to hand warnings on to, and a warning go round in it for ever.
+    """
+    function = getattr(ctypes.CDLL(str(library())), "_mjPRIVATE_setTlsLogHandler", None)
+    if function is None:
+        return lambda: None
+    function.argtypes, function.restype = [ctypes.c_void_p], ctypes.c_void_p
+    return lambda: function(None)
+
+
 _silence = threading.Lock()
 _silent: list[int | None] = []
 
@@ -57,6 +72,7 @@ def warnings_kept_in_data() -> Iterator[None]:
     the whole process: the first thread that comes in replaces it, and the last one that goes out puts it back.
     """
     handler = _pointer("mju_user_warning")
+    _forget_handler()()
     with _silence:
         _silent.append(_silent[0] if _silent else handler.value)
         handler.value = _ignore()

@@ -22,6 +22,11 @@ _PHYSICAL = (
 """What is computed with or drawn, and MuJoCo takes from a file as it is, even where it is not a number."""
 
 
+def _reason(error: BaseException) -> str:
+    text = one_line(error)
+    return "MuJoCo cannot say why; there may be too little memory" if "unknown exception" in text else text
+
+
 def default_model() -> Path:
     """The MJCF file of the wrist that comes with the package."""
     here = Path(__file__).resolve()
@@ -43,7 +48,7 @@ def read_spec(path: Path) -> mujoco.MjSpec:
     try:
         return mujoco.MjSpec.from_file(str(path))
     except REFUSALS as error:
-        raise ModelError(f"model {str(path)!r} is not valid MJCF: {one_line(error)}") from None
+        raise ModelError(f"model {str(path)!r} is not valid MJCF: {_reason(error)}") from None
 
 
 @warnings_kept_in_data()
@@ -56,7 +61,7 @@ def compiled(spec: mujoco.MjSpec, name: str) -> mujoco.MjModel:
     try:
         model = spec.compile()
     except REFUSALS as error:
-        raise ModelError(f"model {name!r} does not compile: {one_line(error)}") from None
+        raise ModelError(f"model {name!r} does not compile: {_reason(error)}") from None
     for place in _PHYSICAL:
         owner = model.opt if place in ("gravity", "timestep") else model
         values = np.abs(np.ravel(getattr(owner, place)))
