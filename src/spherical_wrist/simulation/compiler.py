@@ -103,6 +103,7 @@ class _Source:
             return t.ExternalFunction(name, t.void(*words))
         if isinstance(value, types.FunctionType):
             if value in _intrinsics():
+                self.digest.update(f"{_signatures().law}{_signatures().loop}".encode())  # of what lies at an address
                 return _intrinsics()[value]
             if value in self.open:
                 raise LawError(f"{name} calls itself, which cannot be compiled: write a loop")

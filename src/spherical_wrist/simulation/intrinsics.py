@@ -23,9 +23,7 @@ def intrinsics(numba: Any, law: Any, loop: Any) -> dict[Callable[..., Any], Any]
 
         return types.voidptr(types.intp), generate
 
-    def function_at(signature: Any) -> Any:
-        kind = types.FunctionType(signature)
-
+    def function_at(kind: Any) -> Any:
         @numba.extending.intrinsic  # type: ignore[untyped-decorator]
         def at(typing_context: Any, address: Any) -> Any:
             def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
@@ -37,5 +35,8 @@ def intrinsics(numba: Any, law: Any, loop: Any) -> dict[Callable[..., Any], Any]
 
         return at
 
-    functions = {addresses.law_at: function_at(law), addresses.loop_at: function_at(loop)}
+    functions = {
+        addresses.law_at: function_at(types.FunctionType(law)),
+        addresses.loop_at: function_at(types.FunctionType(loop)),
+    }
     return {addresses.memory: memory, addresses.carray: numba.carray, **functions}
