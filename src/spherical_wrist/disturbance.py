@@ -28,7 +28,7 @@ class Disturbance(Member):
 
     def shape(self, random: np.random.Generator) -> Torque:
         """The disturbance of unit size."""
-        raise NotImplementedError
+        raise NotImplementedError("a disturbance needs a method shape(self, random)")
 
     def torque(self, peak: float, random: np.random.Generator) -> Torque:
         """The disturbance in N·m.

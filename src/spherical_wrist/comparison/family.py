@@ -1,5 +1,6 @@
 """Families of perturbed wrists: every combination of given values, or a seeded random sample of given ranges."""
 
+from abc import abstractmethod
 from collections.abc import Iterator
 from itertools import product
 from typing import Annotated, Any
@@ -38,8 +39,9 @@ class WristFamily(Parameters):
         """The experiments of the family; what it does not vary is that of ``base``. Equal ones appear once."""
         return list(dict.fromkeys(base.replaced(**changes) for changes in self._changes(base)))
 
+    @abstractmethod
     def _changes(self, base: Experiment) -> Iterator[dict[str, Any]]:
-        raise NotImplementedError
+        """What each wrist of the family changes in an experiment."""
 
 
 class WristGrid(WristFamily):

@@ -12,6 +12,7 @@ How true a statement is, is the degree of x in A. AND is a t-norm and OR a t-con
 ``min`` and ``max``, and ``product`` and ``probabilistic_sum``, belong together: each is the other's De Morgan dual.
 """
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import reduce
@@ -43,7 +44,7 @@ CONJUNCTIONS: dict[str, Callable[[Array, Array], Array]] = {"min": np.minimum, "
 DISJUNCTIONS: dict[str, Callable[[Array, Array], Array]] = {"max": np.maximum, "probabilistic_sum": _probabilistic_sum}
 
 
-class Antecedent:
+class Antecedent(ABC):
     """A statement about linguistic variables; ``&`` and ``|`` join two of them."""
 
     def __and__(self, other: "Antecedent") -> "And":
@@ -52,13 +53,13 @@ class Antecedent:
     def __or__(self, other: "Antecedent") -> "Or":
         return Or((self, other))
 
+    @abstractmethod
     def strength(self, degrees: Degrees, norms: Norms) -> Array:
         """How true the statement is, in [0, 1], of the shape of the degrees."""
-        raise NotImplementedError
 
+    @abstractmethod
     def statements(self) -> Iterator["Is"]:
         """Every "x is A" in it."""
-        raise NotImplementedError
 
 
 @dataclass(frozen=True)

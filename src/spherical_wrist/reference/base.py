@@ -26,7 +26,7 @@ class Reference(Member):
 
     def motion(self, time: Array) -> npt.NDArray[Any]:
         """Attitude, body rate [rad/s] and body acceleration [rad/s²] at ``time`` [s], (n,), as an array of MOTION."""
-        raise NotImplementedError
+        raise NotImplementedError("a reference needs a method motion(self, time)")
 
     def drawn(self, random: np.random.Generator) -> "Reference":
         """This reference with everything random in it drawn: itself, where nothing is."""
