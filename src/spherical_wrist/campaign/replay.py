@@ -1,6 +1,7 @@
 """One episode of a campaign, alone."""
 
 from dataclasses import asdict
+from math import isnan
 from typing import Any, NamedTuple
 
 from spherical_wrist.campaign.errors import CampaignError
@@ -56,4 +57,5 @@ def replay(folder: Folder, id_: int) -> Replay:
 
 def _same(one: Any, other: Any) -> bool:
     """Equal, or both not-a-number."""
-    return bool(one == other or (one != one and other != other))  # noqa: PLR0124
+    both = isinstance(one, float) and isinstance(other, float)
+    return bool(one == other or (both and isnan(one) and isnan(other)))

@@ -1,6 +1,7 @@
 """The command that films runs, and its options."""
 
 import os
+from importlib import import_module
 from pathlib import Path
 from typing import Annotated
 
@@ -68,7 +69,7 @@ def _import_mujoco() -> None:
     wanted = os.environ.get("MUJOCO_GL")
     os.environ["MUJOCO_GL"] = "off"
     try:
-        import mujoco  # noqa: F401
+        import_module("mujoco")
     finally:
         if wanted is None:
             del os.environ["MUJOCO_GL"]

@@ -65,7 +65,8 @@ def contestant(text: str) -> Law:
         if "law" not in tables:
             raise ParameterError(f"--law {name!r}: the file says nothing about the law")
         return _changed(Experiment(law=tables["law"]).law, read_settings(settings))
-    return Law.resolve({"name": name, **read_settings(settings)}, default=name)  # type: ignore[no-any-return]
+    found: Law = Law.resolve({"name": name, **read_settings(settings)}, default=name)
+    return found
 
 
 def _changed(law: Law, settings: Mapping[str, Any]) -> Law:

@@ -47,13 +47,13 @@ def _panel(panel: Axes, axis: Axis, table: Mapping[str, Any]) -> None:
     start = 0.5 * min([scale * axis.first, *(value for value in reached if value > 0.0)])
     for place, (name, value) in enumerate(zip(names, reached, strict=True)):
         found = edges[name]["found"]
-        colour = FRONT if value == reached[-1] else BEATEN
+        end, colour = value, FRONT if value == reached[-1] else BEATEN
         shown = _short(scale * axis.nominal + value)
         if found == Found.NOMINAL:
-            value, shown, colour = start, "misses already at the nominal", BEATEN  # noqa: PLW2901 no bar
-        panel.barh(place, value - start, left=start, height=0.62, color=colour, alpha=0.85)
+            end, shown, colour = start, "misses already at the nominal", BEATEN  # no bar
+        panel.barh(place, end - start, left=start, height=0.62, color=colour, alpha=0.85)
         text = f"> {shown}" if found == Found.NEVER else shown
-        panel.annotate(text, (value, place), xytext=(3, 0), textcoords="offset points", va="center", fontsize=6.5)
+        panel.annotate(text, (end, place), xytext=(3, 0), textcoords="offset points", va="center", fontsize=6.5)
     panel.set_yticks(range(len(names)), [name.replace("_", " ") for name in names], fontsize=7)
     panel.set(xscale="log", xlim=(start, 2.5 * max(*reached, 2.0 * start)), ylim=(-0.6, len(names) - 0.4))
     panel.xaxis.set_major_formatter("{x:g}")
