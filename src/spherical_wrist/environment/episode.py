@@ -12,7 +12,7 @@ from spherical_wrist.experiment.description import Experiment
 from spherical_wrist.experiment.measured import closed_loop
 from spherical_wrist.metrics import LogMeter
 from spherical_wrist.simulation.addresses import laid, where
-from spherical_wrist.simulation.compiler import address, compiled_loop
+from spherical_wrist.simulation.bulk import lay
 from spherical_wrist.simulation.loop import LOG
 from spherical_wrist.simulation.workbench import Machine, Workbench
 
@@ -68,12 +68,9 @@ class Episode:
     def row(self) -> npt.NDArray[Any]:
         """The episode at its start, a ROW array of length one."""
         found, parts, task = np.zeros(1, ROW), self.loop.parts, self._task
-        row, run = found[0], found[0]["run"]
-        scratch, log, states, currents = self._made
-        run["loop"] = address(compiled_loop())
-        run["parts"] = laid(parts._replace(law=address(parts.law), parameters=self._parameters))
-        run["log"], run["states"], run["currents"] = map(where, (log, states, currents))
-        run["window"], run["totals"] = where(self._meter.window), where(self._meter.totals)
+        row, meter, (scratch, log, states, currents) = found[0], self._meter, self._made
+        parts = parts._replace(parameters=self._parameters)
+        lay(row["run"], parts, log, states, currents, meter.window, meter.totals)
         row["scratch"] = where(scratch)
         row["left"], row["frame"] = self.samples, task.frame_skip
         gravity = task.nominal.model.opt.gravity @ task.nominal.mount

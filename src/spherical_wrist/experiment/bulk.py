@@ -12,10 +12,10 @@ from spherical_wrist.experiment.description import Experiment
 from spherical_wrist.experiment.measured import StoppedError, closed_loop
 from spherical_wrist.libmujoco import warnings_kept_in_data
 from spherical_wrist.metrics import LogMeter, Metrics
-from spherical_wrist.simulation.addresses import laid, where
-from spherical_wrist.simulation.bulk import PLAYING, RUN, play
+from spherical_wrist.simulation.addresses import laid
+from spherical_wrist.simulation.bulk import PLAYING, RUN, lay, play
 from spherical_wrist.simulation.closed_loop import CHUNK, MOST_STEPS
-from spherical_wrist.simulation.compiler import address, compiled, compiled_loop
+from spherical_wrist.simulation.compiler import compiled
 from spherical_wrist.simulation.outcome import Outcome
 from spherical_wrist.simulation.parts import Inputs
 from spherical_wrist.simulation.workbench import Workbench
@@ -149,14 +149,18 @@ class _Piece:
         sizes = np.multiply(widths, np.array(counts)[:, None]).max(axis=0)
         states, currents = (np.empty(size) for size in sizes)
         self._kept = log, states, currents
-        loop = address(compiled_loop())
         for run, each, inputs, count in zip(self._runs, self.running, self._inputs, counts, strict=True):
-            parts, (numbers, coils) = each.loop.parts, each.widths
-            run["loop"], run["parts"] = loop, laid(parts._replace(law=address(parts.law)))
-            run["inputs"], run["log"] = laid(inputs), where(log[:count])
-            run["states"] = where(states[: count * numbers].reshape(count, numbers))
-            run["currents"] = where(currents[: count * coils].reshape(count, coils))
-            run["window"], run["totals"] = where(each.meter.window), where(each.meter.totals)
+            numbers, coils = each.widths
+            lay(
+                run,
+                each.loop.parts,
+                log[:count],
+                states[: count * numbers].reshape(count, numbers),
+                currents[: count * coils].reshape(count, coils),
+                each.meter.window,
+                each.meter.totals,
+            )
+            run["inputs"] = laid(inputs)
 
     def play(self) -> None:
         """Plays it."""

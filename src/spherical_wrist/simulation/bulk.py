@@ -11,10 +11,21 @@ import numpy.typing as npt
 
 from spherical_wrist.actuation.drive import DRIVE, Drive
 from spherical_wrist.control.contract import COMMAND, SIGNAL
-from spherical_wrist.dynamics import MOTION, Nominal
+from spherical_wrist.dynamics import MOTION, Array, Nominal
 from spherical_wrist.sensing.measure import SENSOR, Sensor
 from spherical_wrist.sensing.samples import SAMPLE
-from spherical_wrist.simulation.addresses import ARRAY, counters, law_at, loop_at, numbers, records, table
+from spherical_wrist.simulation.addresses import (
+    ARRAY,
+    counters,
+    laid,
+    law_at,
+    loop_at,
+    numbers,
+    records,
+    table,
+    where,
+)
+from spherical_wrist.simulation.compiler import address, compiled_loop
 from spherical_wrist.simulation.gauge import TOTALS, WINDOW, gauge
 from spherical_wrist.simulation.loop import LOG, SETTINGS, Plant, Progress
 from spherical_wrist.simulation.parts import Inputs, Parts
@@ -54,6 +65,32 @@ RUN = np.dtype(
 it stopped, or PLAYING where the law raised and in runs after that one."""
 
 PLAYING = -1
+
+
+def lay(
+    run: Any,
+    parts: Parts,
+    log: npt.NDArray[Any],
+    states: Array,
+    currents: Array,
+    window: npt.NDArray[Any],
+    totals: npt.NDArray[Any],
+) -> None:
+    """Writes into a RUN where all but its inputs lies; whoever plays it keeps that alive.
+
+    Args:
+        run: the RUN, written.
+        parts: of the run, its law compiled.
+        log: LOG (n,), room for n control periods.
+        states: room for the law's state, (n, size).
+        currents: room for coil currents, (n, coils).
+        window: WINDOW (1,), what is measured.
+        totals: TOTALS (1,), where to.
+    """
+    run["loop"] = address(compiled_loop())
+    run["parts"] = laid(parts._replace(law=address(parts.law)))
+    run["log"], run["states"], run["currents"] = where(log), where(states), where(currents)
+    run["window"], run["totals"] = where(window), where(totals)
 
 
 def play(runs: Any) -> None:
