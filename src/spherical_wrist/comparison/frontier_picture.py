@@ -57,6 +57,7 @@ def _panel(panel: Axes, axis: Axis, table: Mapping[str, Any]) -> None:
     panel.set_yticks(range(len(names)), [name.replace("_", " ") for name in names], fontsize=7)
     panel.set(xscale="log", xlim=(start, 2.5 * max(*reached, 2.0 * start)), ylim=(-0.6, len(names) - 0.4))
     panel.xaxis.set_major_formatter("{x:g}")
+    panel.xaxis.set_minor_formatter("")  # where few decades are shown, their labels would overlap
     panel.set_axisbelow(True)
     panel.set_xlabel(f"{axis.name}{f' − {axis.nominal:g}' if axis.nominal else ''} [{unit}]")
     panel.set_title(axis.meaning, fontsize=8.5)
