@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
-"""Measures what the README claims about speed, size and memory, and says where a target is missed.
+"""Measure speed, size and memory that the README states, and report missed targets.
 
 usage: scripts/benchmark.py [loop] [recording] [start] [memory] [campaign] [--json]
 
-Without names, everything. Times are medians over interleaved repetitions within one process, so that their ratios hold
-on a machine whose speed drifts; whole commands are medians over processes. Exits with 1 where a target is missed.
+Without names, all sections run. Times are medians over interleaved repetitions in one process, so that their ratios are
+valid on a machine whose speed drifts; times of commands are medians over processes. The exit code is 1 if a target is
+missed.
 """
 
 import argparse
@@ -29,18 +30,23 @@ WRIST = str(Path(sys.executable).with_name("wrist"))
 
 
 def bench_loop() -> Iterator[tuple[str, float, str, float | None]]:
-    """The closed loop against MuJoCo's bare step and against the same law in plain Python."""
+    """Compare the closed loop with MuJoCo's bare step and with the same law in plain Python."""
     import mujoco
     import numpy as np
     from plain_loop import simulate_plainly
 
-    from spherical_wrist import Experiment, libmujoco, simulate
-    from spherical_wrist.plant import perturbed
-    from spherical_wrist.simulation import closed_loop, physics
-    from spherical_wrist.simulation.engine import compiled_engine
+    from spherical_wrist import Experiment, simulate
+    from spherical_wrist.compat import libmujoco
+    from spherical_wrist.loop.rollout import Rollout, run_chunk
+    from spherical_wrist.measure.metrics import MetricSettings
+    from spherical_wrist.prepare.cache import RunCache
+    from spherical_wrist.prepare.closed_loop import prepare
+    from spherical_wrist.prepare.physics import physics_model
+    from spherical_wrist.prepare.plant import perturbed
+    from spherical_wrist.simulation.metric_accumulator import MetricAccumulator
 
     clock = ctypes.c_void_p.in_dll(ctypes.CDLL(str(libmujoco.library())), "mjcb_time")
-    installed = clock.value  # as the bindings leave it, before anything is simulated
+    installed = clock.value  # set by the bindings, before anything is simulated
 
     @contextmanager
     def stock_clock() -> Iterator[None]:
@@ -50,10 +56,10 @@ def bench_loop() -> Iterator[tuple[str, float, str, float | None]]:
         finally:
             clock.value = None
 
-    experiment = Experiment(duration=STEPS / 1000)
+    experiment, cache = Experiment(duration=STEPS / 1000), RunCache()
     nominal = experiment.nominal()
     plant = perturbed(nominal, experiment.perturbation)
-    tuned = physics.physics_model(plant, 0.001)
+    tuned = physics_model(plant, 0.001)
     datas = {model: mujoco.MjData(model) for model in (plant.model, tuned)}
 
     def bare(model: mujoco.MjModel) -> float:
@@ -67,21 +73,18 @@ def bench_loop() -> Iterator[tuple[str, float, str, float | None]]:
             return bare(plant.model)
 
     def loop_only() -> float:
-        """The compiled loop itself: what a run spends in it, without sampling references and making series."""
-        spent = 0.0
-        engine = compiled_engine()
-
-        def watched(*arguments: object) -> object:
-            nonlocal spent
-            began = time.perf_counter()
-            result = engine.close_loop(*arguments)
-            spent += time.perf_counter() - began
-            return result
-
-        parts = experiment.law, experiment.reference, lambda t: np.full((len(t), 3), 0.004), experiment.timing(nominal)
-        loop = closed_loop.ClosedLoop(plant, nominal, *parts, engine._replace(close_loop=watched), experiment.start)
+        """Time per step of the compiled loop, without sampling of inputs, metrics and series."""
+        spent, loop = 0.0, prepare(experiment, cache)
+        never = MetricSettings(steady_from=np.inf, period=0.001, lever=(0.0, 0.0, 0.0), boundary_layer=None)
+        metrics = MetricAccumulator(never, cache.engine)
         while loop.outcome is None:
-            loop.advance()
+            inputs = loop.next_inputs()
+            rollout = Rollout(loop.parts, inputs, metrics.settings, metrics.totals, loop.widths)
+            log = cache.log(len(inputs.time))
+            began = time.perf_counter()
+            (progress,) = run_chunk([rollout], cache.engine, log).progress
+            spent += time.perf_counter() - began
+            loop.record_progress(*progress)
         return spent / STEPS
 
     def whole() -> float:
@@ -113,7 +116,7 @@ def bench_loop() -> Iterator[tuple[str, float, str, float | None]]:
 
 
 def bench_recording() -> Iterator[tuple[str, float, str, float | None]]:
-    """Writing 10 s at 1 kHz."""
+    """Measure writing and reading of a recording of 10 s at 1 kHz."""
     from spherical_wrist import Experiment, load_recording, record, simulate
 
     run = simulate(Experiment())
@@ -126,16 +129,16 @@ def bench_recording() -> Iterator[tuple[str, float, str, float | None]]:
 
 
 def command(*arguments: str, **environment: str) -> float:
-    """Wall time of a command, from start to exit [s]."""
+    """Return the wall time of a command, from start to exit [s]."""
     full = {**os.environ, **environment}
     return timed(lambda: subprocess.run([WRIST, *arguments], stdout=subprocess.DEVNULL, check=True, env=full))
 
 
 def bench_start() -> Iterator[tuple[str, float, str, float | None]]:
-    """Whole commands, from shell prompt to shell prompt."""
+    """Measure whole commands, from shell prompt to shell prompt."""
     with tempfile.TemporaryDirectory() as folder:
         output = str(Path(folder) / "run.rrd")
-        cold = [command("run", "-o", output, NUMBA_CACHE_DIR=f"{folder}/{n}") for n in range(3)]
+        cold = [command("run", "-o", output, WRIST_CACHE_DIR=f"{folder}/{n}") for n in range(3)]
         tasks = {"help": lambda: command("--help"), "run": lambda: command("run", "-o", output)}
         warm = interleaved(tasks, 7)
     yield "wrist --help", statistics.median(warm["help"]), "s", 0.3
@@ -153,9 +156,9 @@ sys.exit(bool(status))
 
 
 def peak_memory(*arguments: str) -> float:
-    """Peak resident memory of a command [MB].
+    """Return the peak resident memory of a command [MB].
 
-    A process starts with the peak of the one that forked it, so a small launcher does that.
+    A process inherits the peak of its parent, so a small launcher starts the command.
     """
     launch = [sys.executable, "-I", "-S", "-c", LAUNCHER, WRIST, *arguments]
     done = subprocess.run(launch, capture_output=True, text=True, check=True)
@@ -163,7 +166,7 @@ def peak_memory(*arguments: str) -> float:
 
 
 def bench_memory() -> Iterator[tuple[str, float, str, float | None]]:
-    """Peak memory of a long run without recording against that of a short one."""
+    """Compare the peak memory of a long run without recording with that of a short one."""
     duration = {"short": "10", "long": "1000"}
     peaks = interleaved(
         {name: lambda d=d: peak_memory("run", "--no-recording", "--duration", d) for name, d in duration.items()}, 3
@@ -183,7 +186,7 @@ SECTIONS = {
 
 
 def main() -> int:
-    """Runs the sections asked for and prints a table."""
+    """Run the given sections, and print a table."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("sections", nargs="*", help=f"any of {', '.join(SECTIONS)}; default: all")
     parser.add_argument("--json", action="store_true", help="print JSON instead of a table")

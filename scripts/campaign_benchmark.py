@@ -1,4 +1,4 @@
-"""The benchmark of campaigns: what scheduling, storing and measuring add to the compiled loop alone."""
+"""Benchmark of campaigns: cost of scheduling, storage and metrics beside the compiled loop."""
 
 import shutil
 import statistics
@@ -15,52 +15,56 @@ SHORT_EPISODES = (1_000, 100_000)
 
 
 def bench_campaign() -> Iterator[tuple[str, float, str, float | None]]:
-    """Campaigns against one thread, against the compiled loop alone, on worker processes, and in the large."""
+    """Measure campaigns: by threads, relative to the compiled loop alone, on worker processes, and by size."""
     import mujoco
 
     from spherical_wrist import Experiment
     from spherical_wrist.campaign.cluster import Cluster
     from spherical_wrist.campaign.description import Campaign
-    from spherical_wrist.campaign.folder import Folder, held
+    from spherical_wrist.campaign.folder import Folder, campaign_lock
     from spherical_wrist.campaign.sweep import Listener, sweep
-    from spherical_wrist.experiment.measured import measured
-    from spherical_wrist.simulation.workbench import Workbench
+    from spherical_wrist.loop.rollout import Rollout, run_chunk
+    from spherical_wrist.prepare.cache import RunCache
+    from spherical_wrist.prepare.closed_loop import prepare
+    from spherical_wrist.simulation.metric_accumulator import MetricAccumulator
 
     root = Path(tempfile.mkdtemp())
     made = iter(range(10**6))
 
     def swept(samples: int, duration: float, cluster: Cluster) -> float:
-        """Wall time of a whole sweep with the fuzzy law: cluster, episodes, metrics, files [s]."""
+        """Return the wall time of a sweep with the fuzzy law: cluster, episodes, metrics, files [s]."""
         file, folder = root / f"{next(made)}.toml", root / f"{next(made)}"
         file.write_text(
             f'laws = ["fuzzy_sliding_computed_torque"]\nsamples = {samples}\n[experiment]\nduration = {duration}\n'
             '[vary]\nmass_scale = {uniform = [0.5, 1.5]}\n"disturbance.level" = {uniform = [0.0, 0.3]}\n'
         )
-        with held(folder):
+        with campaign_lock(folder):
             begun = Folder.create(folder, file, Campaign.from_toml(file))
             elapsed = timed(lambda: sweep(begun, cluster, Listener()))
         shutil.rmtree(folder)
         return elapsed
 
     def bare(threads: int, episodes: int) -> float:
-        """Wall time of the compiled loop alone: as many calls of it for 2 s each, shared out among threads [s]."""
-        calls = []
+        """Return the wall time of the compiled loop alone, for episodes of 2 s divided among threads [s]."""
+        experiment, calls = Experiment(duration=2.0), []
         for _ in range(threads):
-            bench, kept = Workbench(), []
-            loop = bench.engine.close_loop
-            bench.engine = bench.engine._replace(close_loop=lambda *a, kept=kept, loop=loop: kept.append(a) or loop(*a))
-            owners = []
-            measured(Experiment(duration=2.0), bench, lambda loop, logged, to=owners: to.append((loop, logged)))
-            calls.append((loop, kept[0], bench, owners))
+            cache = RunCache()
+            wrist = cache.wrist(experiment.wrist_file)
+            models = cache.models(experiment.wrist_file, experiment.perturbation, experiment.timing(wrist))
+            loop = prepare(experiment, cache, models=models)
+            metrics = MetricAccumulator(experiment.measurement(wrist), cache.engine)
+            rollout = Rollout(loop.parts, loop.next_inputs(), metrics.settings, metrics.totals, loop.widths)
+            calls.append((rollout, cache, models.plant, models.data))
 
         def run(call: tuple[Any, ...]) -> None:
-            loop, arguments, _, owners = call
-            model, data = owners[0][0]._model, owners[0][0]._data
+            rollout, cache, model, data = call
             q, w = data.qpos.copy(), data.qvel.copy()
+            log = cache.log(len(rollout.inputs.time))
             for _ in range(episodes // threads):
                 mujoco.mj_resetData(model, data)
                 data.qpos[:], data.qvel[:] = q, w
-                loop(*arguments)
+                rollout.parts.settings["first"] = 0
+                run_chunk([rollout], cache.engine, log)
 
         team = [threading.Thread(target=run, args=(call,)) for call in calls]
 

@@ -1,42 +1,43 @@
-"""The closed loop of the fuzzy law as one would write it first: plain Python, NumPy and MuJoCo's bindings.
+"""Closed loop of the fuzzy law in plain Python, NumPy and MuJoCo's bindings.
 
-An independent second writing of the whole path from error to torque, straight from the equations, with nothing of the
-package in it but the numbers of an experiment. The benchmark times it and the tests compare its trajectory with the
-package's own.
+Independent implementation of the whole path from error to torque, directly from the equations. It takes only the
+parameters of an experiment from the package. The benchmark times it, and the tests compare its trajectory with that of
+the package.
 """
 
 import mujoco
 import numpy as np
 
 from spherical_wrist import Experiment
+from spherical_wrist.prepare.plant import plant_of
 
 
 def product(p, q):
-    """The quaternion product p ⊗ q."""
+    """Compute the quaternion product p ⊗ q."""
     return np.concatenate([[p[0] * q[0] - p[1:] @ q[1:]], p[0] * q[1:] + q[0] * p[1:] + np.cross(p[1:], q[1:])])
 
 
 def matrix(q):
-    """The rotation matrix R(q)."""
+    """Compute the rotation matrix R(q)."""
     x = np.array([[0.0, -q[3], q[2]], [q[3], 0.0, -q[1]], [-q[2], q[1], 0.0]])
     return np.eye(3) + 2.0 * q[0] * x + 2.0 * x @ x
 
 
 def exp(v):
-    """The quaternion of a rotation vector."""
+    """Compute the quaternion of a rotation vector."""
     angle = np.linalg.norm(v)
     return np.concatenate([[np.cos(angle / 2)], np.sinc(angle / (2 * np.pi)) * v / 2])
 
 
 def log(q):
-    """The shortest rotation vector of a quaternion."""
+    """Compute the shortest rotation vector of a quaternion."""
     q = q if q[0] >= 0.0 else -q
     sine = np.linalg.norm(q[1:])
     return 2.0 * q[1:] if sine < 1e-12 else 2.0 * np.arctan2(sine, q[0]) * q[1:] / sine
 
 
 def errors(q, w, desired):
-    """The error log(q⁻¹ q_d), the rate error R_e ω_d − ω and the feed-forward R_e ω̇_d − ω × R_e ω_d."""
+    """Compute the error log(q⁻¹ q_d), the rate error R_e ω_d − ω and the feed-forward R_e ω̇_d − ω × R_e ω_d."""
     relative = product(q * [1.0, -1.0, -1.0, -1.0], desired["attitude"])
     R = matrix(relative)
     rate = R @ desired["rate"]
@@ -44,13 +45,13 @@ def errors(q, w, desired):
 
 
 def triangles(x, count):
-    """Membership of x in ``count`` triangular sets with peaks evenly spaced over [−1, 1]."""
+    """Compute the membership of x in ``count`` triangular sets with peaks evenly spaced over [−1, 1]."""
     peaks = np.linspace(-1.0, 1.0, count)
     return np.maximum(0.0, 1.0 - np.abs(np.clip(x, -1.0, 1.0) - peaks) / (peaks[1] - peaks[0]))
 
 
 def fuzzy_torque(law, e, de, ff, H, N):
-    """Eq. (44)–(48) with tanh switching."""
+    """Compute the torque of eq. (44)–(48) with tanh switching."""
     acceleration = ff + np.array(law.Kv) * de + np.array(law.Kp) * e
     rules = np.array(law.rules)
     alpha = np.empty(3)
@@ -62,14 +63,14 @@ def fuzzy_torque(law, e, de, ff, H, N):
 
 
 def simulate_plainly(experiment: Experiment, torque_on_joint: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Attitudes (n, 4) and torques (n, 3) of an experiment at one physics step per control period.
+    """Simulate an experiment with one physics step per control period; return attitudes (n, 4) and torques (n, 3).
 
     Args:
-        experiment: its law must be the fuzzy one, with ``tanh`` and prediction.
+        experiment: experiment with the fuzzy law, ``tanh`` switching and prediction.
         torque_on_joint: constant disturbance [N·m], (3,).
     """
     law, period = experiment.law, experiment.control_period
-    plant, nominal = experiment.plant().model, experiment.nominal().model
+    plant, nominal = plant_of(experiment).model, experiment.nominal().model
     data, believed = mujoco.MjData(plant), mujoco.MjData(nominal)
     count = round(experiment.duration / period)
     time = np.arange(count) * period

@@ -1,4 +1,4 @@
-"""Timing for the benchmarks: what is compared runs in turn, within one process."""
+"""Timing for the benchmarks, interleaved within one process."""
 
 import statistics
 import time
@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 
 def interleaved(tasks: dict[str, Callable[[], float]], repetitions: int) -> dict[str, list[float]]:
-    """Runs the tasks in turn, each of which returns its own time; the first round only warms up."""
+    """Run tasks in turn, each of which returns its own time. The first round is a warm-up."""
     times: dict[str, list[float]] = {name: [] for name in tasks}
     for repetition in range(repetitions + 1):
         for name, task in tasks.items():
@@ -17,12 +17,12 @@ def interleaved(tasks: dict[str, Callable[[], float]], repetitions: int) -> dict
 
 
 def ratio(times: dict[str, list[float]], a: str, b: str) -> float:
-    """Median of the ratios a/b, repetition by repetition."""
+    """Compute the median over repetitions of the ratio a/b."""
     return statistics.median(x / y for x, y in zip(times[a], times[b], strict=True))
 
 
 def timed(function: Callable[[], object]) -> float:
-    """Wall time of one call [s]."""
+    """Return the wall time of one call [s]."""
     began = time.perf_counter()
     function()
     return time.perf_counter() - began

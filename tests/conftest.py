@@ -1,35 +1,74 @@
 """Fixtures that every test may use."""
 
 import os
+import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 from hypothesis import settings
 
 from spherical_wrist.cli import main
-from spherical_wrist.simulation.engine import Engine, compiled_engine
+from spherical_wrist.loop.engine import Engine, compiled_engine
 from spherical_wrist.wrist import Wrist
 
 # the first call of a test may compile for seconds; on CI a failure must come back when it is run again
 settings.register_profile("wrist", deadline=None, derandomize="CI" in os.environ)
 settings.load_profile("wrist")
 
+# one cache of compiled code for all workers and for commands that run in another home
+os.environ.setdefault("WRIST_CACHE_DIR", str(Path(__file__).parents[1] / ".pytest_cache" / "compiled"))
+
+WARM_UP = (
+    "from spherical_wrist import Experiment, simulate; simulate(Experiment(duration=0.01))",
+    """if True:
+    from spherical_wrist.control import Law
+    from spherical_wrist.loop.compiler import compiled_law
+    for law in Law.members.values():
+        compiled_law(law())""",
+)
+"""Programs that fill the cache of compiled code: the loop, and the laws."""
+
+
+def pytest_sessionstart(session):
+    """Before several workers start, compile the loop and the laws, so that no two workers compile the same."""
+    if session.config.getoption("dist", "no") != "no" and not hasattr(session.config, "workerinput"):
+        for process in [subprocess.Popen([sys.executable, "-c", program]) for program in WARM_UP]:
+            process.wait()
+
+
+def pytest_itemcollected(item):
+    """Keep a file on one worker, so that its fixtures are made once, except the tests marked ``spread``.
+
+    The marker must be there before several workers name their tests by it, when all are collected.
+    """
+    if item.get_closest_marker("spread") is None:
+        item.add_marker(pytest.mark.xdist_group(item.path.stem))
+
+
+def pytest_collection_modifyitems(config, items):
+    """On several workers, begin with the slow tests: no worker is left alone with a long one in the end."""
+    if not hasattr(config, "workerinput"):
+        return
+    slow = {item.path for item in items if item.get_closest_marker("slow")}
+    items.sort(key=lambda item: (item.path not in slow, item.get_closest_marker("slow") is None))
+
 
 @pytest.fixture(scope="session")
 def nominal() -> Wrist:
-    """The wrist that comes with the package."""
+    """Return the wrist that comes with the package."""
     return Wrist.load()
 
 
 @pytest.fixture(scope="session")
 def engine() -> Engine:
-    """The compiled loop."""
+    """Return the compiled loop."""
     return compiled_engine()
 
 
 @pytest.fixture
 def wrist(capsys, monkeypatch, tmp_path):
-    """Runs the command in this process, in an empty folder; gives exit code, stdout and stderr."""
+    """Run the command in this process, in an empty folder; return exit code, stdout and stderr."""
     monkeypatch.chdir(tmp_path)
 
     def command(*arguments):

@@ -1,8 +1,7 @@
-"""What the fuzz tests share: how many examples, and the command in a process of its own that may die.
+"""Tools of the fuzz tests: the number of examples, and the command in a process of its own that may die.
 
 ``wrist`` must take anything: it ends with exit code 0 or 1, or with 2 and one line that says what is wrong, soon, in
-bounded memory, and leaves nothing in the folder that it was not asked for. WRIST_FUZZ=20 in the environment makes it
-twenty times as many examples.
+bounded memory, and leaves nothing in the folder that it was not asked for.
 """
 
 import json
@@ -18,7 +17,8 @@ from typing import Any, NamedTuple
 
 from hypothesis import HealthCheck, settings
 
-TIMES = int(os.environ.get("WRIST_FUZZ", "1"))
+from sampling import count
+
 SOON = 30.0
 """Time [s] that no command may take, on a slow and busy machine."""
 MEMORY = 2**31
@@ -27,16 +27,16 @@ ADDRESSES = 2**33
 """Address space [bytes] of the process: it would rather die than bring down the machine."""
 
 
-def examples(count: int) -> settings:
-    """So many examples, and as many seconds as they take."""
+def examples(whole: int) -> settings:
+    """Return settings for so many examples, by default a quarter of them, without a limit on the time they take."""
     slow = [HealthCheck.too_slow, HealthCheck.function_scoped_fixture, HealthCheck.data_too_large]
     return settings(
-        max_examples=count * TIMES, deadline=None, suppress_health_check=[*slow, HealthCheck.filter_too_much]
+        max_examples=count(whole // 4, whole), deadline=None, suppress_health_check=[*slow, HealthCheck.filter_too_much]
     )
 
 
 class Answer(NamedTuple):
-    """How a command ended."""
+    """Result of a command."""
 
     code: int
     out: str

@@ -1,4 +1,4 @@
-"""What some tests need of the machine: they skip with a reason where it is missing, and fail where CI installs it.
+"""Requirements of some tests on the machine: they skip where one is missing, and fail where CI installs it.
 
 Called first thing in a test or a fixture: ``needs.vulkan()``.
 """
@@ -16,19 +16,19 @@ import pytest
 
 
 def vulkan() -> None:
-    """A Vulkan device, of software or not: what the native viewer draws with."""
+    """Require a Vulkan device, of software or not, with which the native viewer draws."""
     if not _vulkan_devices():
         _missing("no Vulkan device: apt-get install libvulkan1 mesa-vulkan-drivers")
 
 
 def opengl() -> None:
-    """An OpenGL that draws without a display, through EGL: what MuJoCo renders with."""
+    """Require an OpenGL that draws without a display, through EGL, with which MuJoCo renders."""
     if not _renders():
         _missing("no OpenGL through EGL: apt-get install libegl1 libgl1-mesa-dri libopengl0")
 
 
 def chromium() -> None:
-    """Chromium, its driver, and selenium, which speaks to it; :func:`program` says where the two are."""
+    """Require Chromium, its driver, and selenium; :func:`program` returns the paths of the two."""
     if not (shutil.which("chromium") and shutil.which("chromedriver")):
         _missing("no Chromium: apt-get install chromium chromium-driver")
     if importlib.util.find_spec("selenium") is None:
@@ -36,7 +36,7 @@ def chromium() -> None:
 
 
 def program(name: str) -> str:
-    """Where a program is that a test needs, after it was asked for."""
+    """Return the path of a program that a test needs, once it is known to be there."""
     return shutil.which(name) or name
 
 
@@ -48,7 +48,7 @@ def _missing(reason: str) -> NoReturn:
 
 @cache
 def _vulkan_devices() -> int:
-    """Devices that the Vulkan loader finds, asked as any program asks."""
+    """Return the number of devices that the Vulkan loader finds."""
     try:
         library = ctypes.CDLL("libvulkan.so.1")
     except OSError:
@@ -64,7 +64,7 @@ def _vulkan_devices() -> int:
 
 @cache
 def _renders() -> bool:
-    """Whether MuJoCo gets a context; in a process of its own, since what it loads stays loaded."""
+    """Return True if MuJoCo gets a context; asked in a process of its own, since libraries stay loaded."""
     code = "import mujoco; mujoco.GLContext(8, 8).make_current()"
     environment = {**os.environ, "MUJOCO_GL": "egl"}
     return (

@@ -10,8 +10,9 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
-from bench import RigidBody, mjcf, mounted, one_line, quaternions, wrist_of
-from spherical_wrist.angle_chart import (
+from rigs import RigidBody, mjcf, mounted, one_line, quaternions, wrist_of
+from spherical_wrist.errors import ModelError, WristError
+from spherical_wrist.paper.angle_chart import (
     SINGULAR,
     SingularChartError,
     angle_accelerations,
@@ -27,8 +28,7 @@ from spherical_wrist.angle_chart import (
     rate_jacobian_derivative,
     wrapped,
 )
-from spherical_wrist.angle_dynamics import LARGEST_CONDITION, AngleDynamics, body_torque, generalised_torque
-from spherical_wrist.errors import ModelError, WristError
+from spherical_wrist.paper.angle_dynamics import LARGEST_CONDITION, AngleDynamics, body_torque, generalised_torque
 from spherical_wrist.reference.angles import motion_of_angles
 from spherical_wrist.wrist import Wrist
 
@@ -377,7 +377,7 @@ def test_one_singular_state_among_many_is_named():
 
 
 def test_a_calm_pass_over_the_singularity_is_violent_in_the_angles():
-    """Why the loop does not use angles: at a body rate of 1 rad/s, α̇ grows as 1 / cos β."""
+    """The loop does not use angles: at a body rate of 1 rad/s, α̇ grows as 1 / cos β."""
     rate = np.array([1.0, 0.0, 0.0])
     for gap in (1e-1, 1e-3, 1e-6):
         rates = angle_rates(np.array([0.0, np.pi / 2 - gap, 0.0]), rate)

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from scipy import stats
 
 import spherical_wrist
-from bench import one_line
+from rigs import one_line
 from spherical_wrist import Experiment, assertions, simulate
 from spherical_wrist.assertions import RandomWrists, Tracked, WristGrid, assert_tracks, command_of
 from spherical_wrist.cli import main
@@ -23,8 +23,8 @@ from spherical_wrist.comparison import family as families
 from spherical_wrist.control import PD, ComputedTorque, Law
 from spherical_wrist.disturbance import Sinusoid
 from spherical_wrist.errors import ParameterError, WristError
-from spherical_wrist.metrics import Metrics
-from spherical_wrist.simulation.outcome import Outcome, Status
+from spherical_wrist.loop.outcome import Outcome, Status
+from spherical_wrist.measure.metrics import METRICS, Metrics
 
 BRIEF = {"duration": 0.4}
 GRID = WristGrid(mass_scale=(1.0, 1.5), disturbance=(0.1, 0.0), com_shift=0.0 * np.eye(3)[:1])
@@ -51,7 +51,7 @@ def complaint(*arguments, **options):
 
 
 def replay(monkeypatch, capsys, lines):
-    """What the command in a message prints as JSON."""
+    """Return the JSON object that the command in a message prints."""
     (command,) = [line.partition("replay: ")[2] for line in lines if "replay: " in line]
     monkeypatch.setattr(sys, "argv", [*shlex.split(command), "--no-recording", "--json"])
     with pytest.raises(SystemExit):
@@ -104,7 +104,7 @@ def test_a_run_that_diverges_misses_every_bound_and_is_worst(monkeypatch, capsys
 
 
 def test_no_figure_is_no_success():
-    none = Metrics(**dict.fromkeys(Metrics.__dataclass_fields__))
+    none = Metrics(dict.fromkeys(METRICS))
     assert Tracked(Experiment(), Outcome(Status.COMPLETED, 1.0), none).excess({"rms_error_rad": 1.0}) == np.inf
 
 

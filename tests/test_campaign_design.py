@@ -13,13 +13,13 @@ from hypothesis import strategies as st
 from scipy import stats
 from scipy.stats import qmc
 
-from bench import one_line
+from rigs import one_line
 from spherical_wrist import Experiment
 from spherical_wrist.campaign.description import Campaign
 from spherical_wrist.campaign.design import draw, episode_seed
 from spherical_wrist.campaign.distribution import FORMS, distribution
 from spherical_wrist.campaign.episode import changed
-from spherical_wrist.campaign.rehearsal import rehearse
+from spherical_wrist.campaign.validation import validate
 from spherical_wrist.errors import ParameterError, UnknownNameError, WristError
 
 UNIT = {"u": distribution("u", {"uniform": [0.0, 1.0]}), "v": distribution("v", {"uniform": [0.0, 1.0]})}
@@ -234,7 +234,7 @@ def test_the_documented_campaign_file_is_valid_and_means_what_it_says():
     text = Campaign.from_toml.__globals__["__doc__"].split("::\n", 1)[1].split("\n\nDistributions are", 1)[0]
     made = Campaign(**tomllib.loads(text))
     assert made.size == 3000
-    rehearse(made)
+    validate(made)
     assert list(made.bases) == ["pd", "fuzzy_sliding_computed_torque", "computed_torque Kp=10000 Kv=200"]
     assert made.bases["computed_torque Kp=10000 Kv=200"].law.Kp == (1e4, 1e4, 1e4)
     episodes = [episode.experiment() for episode in made.episodes(0, 300)]
@@ -246,7 +246,7 @@ def test_the_documented_campaign_file_is_valid_and_means_what_it_says():
 
 
 def test_the_example_is_valid():
-    rehearse(Campaign.from_toml(Path(__file__).parents[1] / "scripts" / "campaign.toml"))
+    validate(Campaign.from_toml(Path(__file__).parents[1] / "scripts" / "campaign.toml"))
 
 
 def test_a_campaign_survives_json_and_resolving(tmp_path, monkeypatch):
@@ -313,12 +313,12 @@ def test_what_is_no_campaign_gets_one_clear_line(changes, said):
 )
 def test_what_cannot_be_run_is_found_before_the_first_episode(changes, said):
     with pytest.raises(WristError) as error:
-        rehearse(campaign(**changes))
+        validate(campaign(**changes))
     assert said in one_line(error.value)
 
 
 def test_a_tail_beyond_what_is_expected_is_no_fault_of_the_design():
-    rehearse(campaign(samples=20, vary={"payload": {"normal": [0.03, 0.01]}}))
+    validate(campaign(samples=20, vary={"payload": {"normal": [0.03, 0.01]}}))
 
 
 def test_values_are_json_and_the_logarithm_is_even():

@@ -1,4 +1,4 @@
-"""How to cite this: the file that GitHub and reference managers read."""
+"""Citation file, which GitHub and reference managers read."""
 
 import tomllib
 from pathlib import Path

@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -12,23 +13,12 @@ import psutil
 import pytest
 
 from spherical_wrist import Experiment, load_recording, simulate
+from spherical_wrist.cli.list import family_title
+from spherical_wrist.experiment.description import PARTS
+from spherical_wrist.experiment.options import OPTIONS
+from spherical_wrist.measure.metrics import METRICS
 
 WRIST = [sys.executable, "-c", "from spherical_wrist.cli import main; main()"]
-METRICS = {
-    "rms_error_rad",
-    "max_error_rad",
-    "rms_tip_error_mm",
-    "max_tip_error_mm",
-    "chattering_Nm_per_s",
-    "peak_torque_Nm",
-    "rms_torque_Nm",
-    "saturated_fraction",
-    "reaching_time_s",
-    "max_tilt_rad",
-    "copper_loss_W",
-    "peak_current_A",
-    "max_condition_number",
-}
 
 
 def test_json_is_one_object_with_the_promised_keys(wrist):
@@ -47,11 +37,11 @@ def test_json_is_one_object_with_the_promised_keys(wrist):
         "real_time_factor",
         "metrics",
     }
-    assert set(told["metrics"]) == METRICS
+    assert list(told["metrics"]) == list(METRICS)
     assert told["recording"] == "wrist.rrd"
     assert Path("wrist.rrd").is_file()
     expected = simulate(Experiment(duration=3.0)).metrics
-    assert told["metrics"] == vars(expected)
+    assert told["metrics"] == dict(expected)
 
 
 def test_options_file_and_settings_reach_the_experiment(wrist):
@@ -122,7 +112,7 @@ def test_inspect_shows_what_was_run_and_recomputes_its_metrics(wrist):
     assert (code, err) == (0, "")
     assert (told["experiment"]["law"]["name"], told["experiment"]["seed"]) == ("sliding_computed_torque", 5)
     assert "mujoco" in told["versions"]
-    assert set(told["metrics"]) == METRICS
+    assert list(told["metrics"]) == list(METRICS)
     assert told["recomputed_metrics"] == pytest.approx(told["metrics"], rel=1e-9)
     assert told["mismatches"] == []
     text = wrist("inspect", "wrist.rrd")[1]
@@ -137,7 +127,8 @@ def test_list_names_everything_with_units(wrist):
         assert name in out
     told = json.loads(wrist("list", "--json")[1])
     assert told["laws"]["computed_torque"]["parameters"]["Kp"]["unit"] == "1/s²"
-    assert set(told) == {"laws", "references", "disturbances", "sensing", "actuation", "experiment"}
+    assert set(told) == {*map(family_title, PARTS), "experiment", "metrics"}
+    assert told["metrics"]["rms_error_rad"]["unit"] == "rad"
 
 
 WRONG = [
@@ -243,6 +234,20 @@ def test_a_closed_pipe_is_no_traceback(tmp_path):
     command = f"{sys.executable} -c 'from spherical_wrist.cli import main; main()' list | head -1"
     done = subprocess.run(["bash", "-c", command], capture_output=True, text=True, check=True, cwd=tmp_path)
     assert "Traceback" not in done.stderr
+
+
+def test_help_of_run_has_every_option_of_a_parameter_with_its_declared_default(wrist):
+    code, out, _ = wrist("run", "--help")
+    assert code == 0
+    entries = (" ".join(entry.split()) for entry in re.split(r"\n  (?=-)", out))
+    listed = {entry.partition(" ")[0]: entry for entry in entries}
+    usual = Experiment().model_dump()
+    for option in OPTIONS:
+        part, _, own = option.parameter.partition(".")
+        default = usual[part] if part not in PARTS else usual[part][own or "name"]
+        if default is not None:
+            shown = re.search(r"\[(.+)\]$", listed[option.flag])[1]
+            assert shown == default if isinstance(default, str) else float(shown) == default
 
 
 def test_version(wrist):

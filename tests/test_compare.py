@@ -1,4 +1,4 @@
-"""Comparisons: ranking, cases, contestants, commands that replay, files, and what `wrist compare` prints."""
+"""Comparisons: ranking, cases, laws, commands that replay, files, and what `wrist compare` prints."""
 
 import csv
 import json
@@ -21,26 +21,26 @@ from matplotlib.image import imread
 from matplotlib.text import Annotation, Text
 from scipy.optimize import LinearConstraint, minimize
 
-from bench import one_line
+from rigs import one_line
 from spherical_wrist import Experiment, load_recording, simulate
 from spherical_wrist.actuation import Realistic as RealisticMotor
 from spherical_wrist.actuation import SphericalMotor
 from spherical_wrist.cli import main
-from spherical_wrist.cli.compare import CompareOptions, print_comparison
-from spherical_wrist.comparison import DEFAULT, Case, Cell, Comparison, compare, contestants, registered
+from spherical_wrist.cli.compare import print_comparison
+from spherical_wrist.comparison import DEFAULT, Case, Cell, Comparison, compare, laws_from_texts, registered
 from spherical_wrist.comparison.cases import FAULTY, IDEAL, group_of, read_cases, select
-from spherical_wrist.comparison.picture import pareto_picture, spaced
+from spherical_wrist.comparison.picture import pareto_picture, spread_apart
 from spherical_wrist.comparison.ranking import geometric_mean, pareto_front, ranks, ratios
-from spherical_wrist.comparison.report import front, told
+from spherical_wrist.comparison.report import pareto_laws, to_dict
 from spherical_wrist.control import PD, ComputedTorque, Law, SlidingMode
 from spherical_wrist.disturbance import Noise
 from spherical_wrist.errors import LawError, ParameterError, UnknownNameError, WristError
 from spherical_wrist.experiment.command import command_of
 from spherical_wrist.experiment.presets import HARDWARE
-from spherical_wrist.metrics import Metrics
+from spherical_wrist.loop.outcome import Outcome, Status
+from spherical_wrist.measure.metrics import METRICS, Metrics
 from spherical_wrist.reference import Step
 from spherical_wrist.sensing import Realistic as RealisticSensing
-from spherical_wrist.simulation.outcome import Outcome, Status
 
 LAW = """
 from spherical_wrist.control import Law
@@ -86,13 +86,13 @@ def test_the_pareto_front_is_what_comparing_every_pair_gives(points):
     assert [points[name][0] for name in found] == sorted(points[name][0] for name in found)
 
 
-NAN = dict.fromkeys(Metrics.__dataclass_fields__)
+NAN = dict.fromkeys(METRICS)
 
 
 def cell(law, case, error, chattering=1.0):
     """A cell that never ran; one without an error diverged."""
     outcome = Outcome(Status.COMPLETED, 10.0) if error is not None else Outcome(Status.DIVERGED, 3.0, "too fast")
-    metrics = Metrics(**{**NAN, "rms_error_rad": error or 1e-9, "chattering_Nm_per_s": chattering})
+    metrics = Metrics({**NAN, "rms_error_rad": error or 1e-9, "chattering_Nm_per_s": chattering})
     return Cell(law, case, Experiment(), outcome, metrics)
 
 
@@ -152,9 +152,12 @@ def test_a_spread_is_over_completed_runs():
 def test_chattering_that_differs_in_the_fourth_digit_does_not():
     table = {"precise": [1e-5], "poor": [1e-3], "calm": [1e-2]}
     found = comparison(table, {"precise": [1.0001], "poor": [1.0], "calm": [0.9]})
-    assert front(found, ["case-0"]) == ["calm", "precise"]
+    assert pareto_laws(found, ["case-0"]) == ["calm", "precise"]
     table["precise"] = [None]
-    assert front(comparison(table, {"precise": [0.1], "poor": [1.0], "calm": [0.9]}), ["case-0"]) == ["calm", "poor"]
+    assert pareto_laws(comparison(table, {"precise": [0.1], "poor": [1.0], "calm": [0.9]}), ["case-0"]) == [
+        "calm",
+        "poor",
+    ]
 
 
 # --- cases
@@ -234,7 +237,7 @@ def test_a_suite_of_ones_own(tmp_path):
         ("case = 3", "[[case]]"),
         ("duration = 3\n[[case]]\nname = 'a'", "[[case]]"),
         ("[[case]]\nmass_scale = 1", "case 1: a name is needed"),
-        ("[[case]]\nname = 'a'\nlaw = 'pd'", "nothing about the law"),
+        ("[[case]]\nname = 'a'\nlaw = 'pd'", "cannot set the law"),
         ("[[case]]\nname = 'a'\n[[case]]\nname = 'a'", "two cases are called 'a'"),
     ],
 )
@@ -257,11 +260,11 @@ def test_a_wrong_case_says_which_one_it_is():
     assert select(DEFAULT, []) == DEFAULT
 
 
-# --- contestants
+# --- selection of laws
 
 
 def test_every_law_of_the_package_takes_part():
-    assert contestants([], {}, {}) == {name: law() for name, law in Law.members.items()} == registered()
+    assert laws_from_texts([], {}, {}) == {name: law() for name, law in Law.members.items()} == registered()
 
 
 def test_laws_with_parameters_from_files_and_from_experiments(tmp_path, monkeypatch):
@@ -276,7 +279,7 @@ def test_laws_with_parameters_from_files_and_from_experiments(tmp_path, monkeypa
         "tuned.toml",
         "tuned.toml Kv=20",
     ]
-    laws = contestants(texts, {"law": {"name": "sliding_mode"}}, {"mass_scale": 1.0})
+    laws = laws_from_texts(texts, {"law": {"name": "sliding_mode"}}, {"mass_scale": 1.0})
     assert list(laws) == texts
     plain, gains, spring, tuned, changed = laws.values()
     assert plain == PD()
@@ -286,13 +289,13 @@ def test_laws_with_parameters_from_files_and_from_experiments(tmp_path, monkeypa
 
 
 def test_the_law_of_the_experiment_joins_where_it_is_another():
-    assert contestants([], {"law": "pd"}, {}) == registered()
-    laws = contestants([], {"law": {"name": "pd", "P": 0.3}}, {})
+    assert laws_from_texts([], {"law": "pd"}, {}) == registered()
+    laws = laws_from_texts([], {"law": {"name": "pd", "P": 0.3}}, {})
     assert laws == {**registered(), "pd of the experiment": PD(P=0.3)}
 
 
 def test_settings_of_the_law_go_into_every_law():
-    laws = contestants(["computed_torque", "sliding_computed_torque K=0.1"], {}, {"law.Kp": 100.0, "duration": 2.0})
+    laws = laws_from_texts(["computed_torque", "sliding_computed_torque K=0.1"], {}, {"law.Kp": 100.0, "duration": 2.0})
     assert [law.Kp for law in laws.values()] == [(100.0, 100.0, 100.0)] * 2
     assert laws["sliding_computed_torque K=0.1"].K == (0.1, 0.1, 0.1)
 
@@ -313,11 +316,11 @@ def test_settings_of_the_law_go_into_every_law():
         (["pd"], {"law.name": "pd"}, "--law"),
     ],
 )
-def test_a_wrong_contestant_is_one_line(tmp_path, monkeypatch, texts, changes, said):
+def test_a_wrong_law_is_one_line(tmp_path, monkeypatch, texts, changes, said):
     monkeypatch.chdir(tmp_path)
     Path("empty.toml").write_text("duration = 3.0\n")
     with pytest.raises(WristError) as error:
-        contestants(texts, {}, changes)
+        laws_from_texts(texts, {}, changes)
     assert said in one_line(error.value)
 
 
@@ -333,7 +336,7 @@ def replayed(monkeypatch, command):
         raise KeyboardInterrupt
 
     with monkeypatch.context() as patched:
-        patched.setattr("spherical_wrist.cli.run.simulate", catch)
+        patched.setattr("spherical_wrist.simulation.simulate.simulate", catch)
         patched.setattr(sys, "argv", shlex.split(command))
         with pytest.raises(SystemExit):
             main()
@@ -472,21 +475,21 @@ def test_every_cell_is_the_run_of_its_experiment(found):
 def test_the_number_of_threads_changes_no_bit(found):
     again = compare(found.laws, TWO, {}, BRIEF, jobs=1)
     assert [one.metrics for one in again.cells.values()] == [one.metrics for one in found.cells.values()]
-    assert again.calm == found.calm
+    assert again.baseline_chattering == found.baseline_chattering
 
 
 def test_plain_computed_torque_is_one_of_the_laws_or_runs_beside_them(found):
     other = compare({"mine": ComputedTorque(), "pd": PD()}, TWO, {}, BRIEF)
-    assert other.calm == found.calm
+    assert other.baseline_chattering == found.baseline_chattering
     assert {law for law, _ in other.cells} == {"mine", "pd"}
     assert [other.figure(other.cells["mine", case.name], "chattering_ratio") for case in TWO] == [1.0, 1.0]
     stiff = compare({"computed_torque": ComputedTorque(Kp=900, Kv=60)}, TWO, {}, BRIEF)
-    assert stiff.calm == found.calm
+    assert stiff.baseline_chattering == found.baseline_chattering
 
 
 def test_progress_is_told_and_what_raises_stops_the_rest(found, tmp_path):
     (tmp_path / "bad.py").write_text(LAW.replace("signal.error[i]", "signal.error[i + 3]"))
-    laws = contestants([f"{tmp_path}/bad.py:Spring", "pd"], {}, {})
+    laws = laws_from_texts([f"{tmp_path}/bad.py:Spring", "pd"], {}, {})
     seen = []
     with pytest.raises(LawError) as error:
         compare(laws, DEFAULT, {}, {"duration": 600.0}, progress=lambda done, total: seen.append((done, total)))
@@ -535,7 +538,7 @@ def test_a_wrong_pattern_is_one_line_before_anything_runs(found, tmp_path, recor
 @settings(max_examples=50)
 def test_labels_stay_apart_and_as_near_as_can_be(wanted, gap):
     """SciPy's constrained least squares finds no places that are nearer."""
-    places = np.array(spaced(wanted, gap))
+    places = np.array(spread_apart(wanted, gap))
     assert all(b - a >= gap - 1e-9 for a, b in pairwise(places))
     assert places.min() >= -1e-9
     assert places.max() <= 1.0 + 1e-9
@@ -549,7 +552,7 @@ def test_labels_stay_apart_and_as_near_as_can_be(wanted, gap):
 def test_the_labels_of_the_picture_do_not_overlap(found):
     many = comparison({f"law_number_{n}": [1e-4 * (1 + 0.01 * n), 2e-4] for n in range(16)})
     for shown in (many, found):
-        drawing = pareto_picture(told(shown, ""))
+        drawing = pareto_picture(to_dict(shown, ""))
         assert isinstance(drawing, Figure)
         renderer = FigureCanvasAgg(drawing).get_renderer()
         drawing.draw(renderer)
@@ -567,7 +570,7 @@ def test_the_labels_of_the_picture_do_not_overlap(found):
 
 
 def test_marks_of_the_picture_are_where_the_figures_are():
-    shown = told(comparison({"a": [1e-3, 4e-3], "b": [1e-2, 1e-2]}, {"a": [2.0, 8.0], "b": [1.0, 1.0]}), "")
+    shown = to_dict(comparison({"a": [1e-3, 4e-3], "b": [1e-2, 1e-2]}, {"a": [2.0, 8.0], "b": [1.0, 1.0]}), "")
     (axes,) = pareto_picture(shown).axes
     marks = [line.get_xydata()[0].tolist() for line in axes.lines if line.get_marker() == "o"]
     assert marks == [pytest.approx([4.0, 2e-3]), pytest.approx([1.0, 1e-2])]
@@ -627,8 +630,8 @@ def test_tables_fit_the_terminal_and_cut_no_figure(capsys, monkeypatch, width, f
     monkeypatch.setenv("COLUMNS", str(width))
     names = ["adaptive_fuzzy_sliding_computed_torque", "computed_torque Kp=[100, 200, 300] Kv=20", "sliding_mode"]
     errors = {name: [1.234e-4, None, 5.678e-3] for name in (*names, *(f"law_{n}" for n in range(15)))}
-    shown = told(comparison(errors), "")
-    print_comparison(shown, CompareOptions([], [], None, None, [], full, None, False))
+    shown = to_dict(comparison(errors), "")
+    print_comparison(shown, full=full, folder=None)
     out = capsys.readouterr().out
     lines = out.splitlines()
     assert all(len(line) <= width for line in lines if " diverged at " not in line)
@@ -708,7 +711,7 @@ def test_ctrl_c_stops_at_once(tmp_path, delay):
         "--law",
         "pd",
         "--duration",
-        "36000",
+        "6000",
         "--set",
         "disturbance.amplitude=0.004",
         "-o",
@@ -722,7 +725,7 @@ def test_ctrl_c_stops_at_once(tmp_path, delay):
         time.sleep(delay)
         assert process.poll() is None
         process.send_signal(signal.SIGINT)
-        out, err = process.communicate(timeout=60)  # of 36000 simulated seconds, which take minutes
+        out, err = process.communicate(timeout=60)  # of 21 runs of 6000 simulated seconds, which take minutes
     finally:
         process.kill()
     assert (process.returncode, out, err) == (130, "", "")

@@ -7,10 +7,10 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from bench import directions, mjcf, one_line, wrist_of
-from spherical_wrist.denavit_hartenberg import Chain, Link, joint_rotation, twist_rotation
+from rigs import directions, mjcf, one_line, wrist_of
 from spherical_wrist.errors import ParameterError
-from spherical_wrist.inverse_kinematics import (
+from spherical_wrist.paper.denavit_hartenberg import Chain, Link, joint_rotation, twist_rotation
+from spherical_wrist.paper.inverse_kinematics import (
     angles_of_direction,
     angles_of_rotation,
     angles_of_tip,

@@ -6,9 +6,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
+from rigs import channel_names, random_channels
+from spherical_wrist.channels import Condition
 from spherical_wrist.inspection import difference
 from spherical_wrist.inspection.difference import Place
-from spherical_wrist.simulation.series import COLUMNS, WIDTHS, Series
+from spherical_wrist.measure.series import Series
 
 ROWS = 400
 
@@ -20,16 +22,15 @@ def attitudes(rng, rows=ROWS):
 def series(seed=0, rows=ROWS, period=1e-3, **changes):
     """A series of random numbers, the same for the same seed."""
     rng = np.random.default_rng(seed)
-    arrays = {name: rng.normal(size=(rows, width) if width else rows) for name, width in WIDTHS.items()}
-    arrays |= {name: attitudes(rng, rows) for name in ("attitude", "desired_attitude")}
+    arrays = random_channels(rng, rows, channel_names(Condition.SURFACE))
     arrays |= {"time": period * np.arange(rows), "slope": np.full((rows, 3), np.nan)}
-    return Series(**{**arrays, **changes})
+    return Series(channels={**arrays, **changes})
 
 
 def changed(base, name, row, component, value):
     array = getattr(base, name).copy()
     array[row, component] = value
-    return Series(**{**base.arrays(), name: array})
+    return base.replaced(**{name: array})
 
 
 def of(found, name):
@@ -41,7 +42,7 @@ def test_a_series_does_not_differ_from_itself():
     assert found.same
     assert found.first is None
     assert (found.common, found.rows, found.whole) == (ROWS, (ROWS, ROWS), True)
-    assert [array.name for array in found.arrays] == list(COLUMNS)
+    assert [array.name for array in found.arrays] == list(series().channels)
     assert all(
         (array.largest, array.rms, array.first, array.undefined) == (0.0, 0.0, None, 0) for array in found.arrays
     )
@@ -145,7 +146,7 @@ def test_what_ends_earlier_is_the_same_in_part_only(thinned):
 
 def test_without_common_instants_nothing_is_the_same():
     a = series()
-    shifted = Series(**{**a.arrays(), "time": a.time + 0.0005})
+    shifted = a.replaced(time=a.time + 0.0005)
     found = difference(a, shifted)
     assert (found.common, found.common_span, found.same) == (0, None, False)
     assert difference(Series.empty(), Series.empty()).same

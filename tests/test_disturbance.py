@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.signal import periodogram
 
-from bench import one_line
+from rigs import one_line
 from spherical_wrist.disturbance import Constant, Disturbance, Noise, Pulse, Sinusoid
 from spherical_wrist.errors import ParameterError
 from spherical_wrist.parameters import unit_of

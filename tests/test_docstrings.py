@@ -1,10 +1,8 @@
-"""Docstrings say of every parameter what it is, and of no parameter that is not there."""
+"""Docstrings agree with the code: parameters, attributes and errors."""
 
 import ast
 import re
 from pathlib import Path
-
-import pytest
 
 import spherical_wrist
 
@@ -15,7 +13,7 @@ ENTRY = re.compile(r"^    (\*{0,2}\w+)(?: \([^)]*\))?:", re.MULTILINE)
 
 
 def documented(tree, scope=""):
-    """Every public class and function at module or class level, with its dotted name."""
+    """Yield every public class and function at module or class level, with its dotted name."""
     for node in tree.body:
         if isinstance(node, ast.ClassDef | ast.FunctionDef) and not node.name.startswith("_"):
             yield f"{scope}{node.name}", node
@@ -24,13 +22,13 @@ def documented(tree, scope=""):
 
 
 def sections(node):
-    """The sections of a docstring: by title, the names that it explains."""
+    """Return the names that each section of a docstring explains, by title."""
     text = (ast.get_docstring(node) or "") + "\n"
     return {title: ENTRY.findall(body) for title, body in SECTION.findall(text)}
 
 
 def parameters(node):
-    """What a function is called with, or a class: the parameters of ``__init__``."""
+    """Return the names of a function's parameters; of a class, those of ``__init__``."""
     if isinstance(node, ast.ClassDef):
         node = next((each for each in node.body if getattr(each, "name", "") == "__init__"), None)
         if node is None:
@@ -42,7 +40,7 @@ def parameters(node):
 
 
 def fields(node):
-    """Names that a class gives its instances: annotations, properties, assignments to self or to the class."""
+    """Return the attributes of a class: annotations, methods, assignments to self or to the class."""
     names = {target.id for each in node.body if isinstance(each, ast.AnnAssign) for target in [each.target]}
     names |= {target.id for each in node.body if isinstance(each, ast.Assign) for target in each.targets}
     names |= {each.name for each in node.body if isinstance(each, ast.FunctionDef)}
@@ -50,49 +48,84 @@ def fields(node):
     return names | {each.attr for each in inner}
 
 
-OBJECTS = [
-    pytest.param(node, id=f"{path.relative_to(ROOT)}:{name}")
+OBJECTS = {
+    f"{path.relative_to(ROOT)}:{name}": node
     for path in FILES
     for name, node in documented(ast.parse(path.read_text(encoding="utf-8")))
-]
+}
+"""Every documented object of the package by file and dotted name."""
+
+
+def raised(node):
+    """Names of the package's errors that a function raises itself, other than that a method must be overridden."""
+    calls = (each.exc for each in own_statements(node) if isinstance(each, ast.Raise))
+    names = {each.func.id for each in calls if isinstance(each, ast.Call) and isinstance(each.func, ast.Name)}
+    return {name for name in names if name.endswith("Error") and name != "NotImplementedError"}
 
 
 def test_there_is_something_to_check():
     assert len(OBJECTS) > 500
-    explained = [name for (node,) in (each.values for each in OBJECTS) for name in sections(node).get("Args", ())]
-    assert len(explained) > 300
+    assert sum(len(sections(node).get("Args", ())) for node in OBJECTS.values()) > 300
 
 
-@pytest.mark.parametrize("node", OBJECTS)
-def test_args_are_the_parameters(node):
-    """Where parameters are explained, all are, and nothing else is."""
-    explained = sections(node).get("Args")
-    if explained is not None:
-        assert [name.lstrip("*") for name in explained] == parameters(node)
+def test_args_are_the_parameters():
+    """Section Args, where there is one, has every parameter and nothing else."""
+    assert not [
+        (name, explained, parameters(node))
+        for name, node in OBJECTS.items()
+        if (explained := sections(node).get("Args")) is not None
+        and [each.lstrip("*") for each in explained] != parameters(node)
+    ]
 
 
-@pytest.mark.parametrize("node", [each for each in OBJECTS if isinstance(each.values[0], ast.ClassDef)])
-def test_attributes_are_there(node):
-    explained = sections(node).get("Attributes", ())
-    assert set(explained) <= fields(node)
+def test_attributes_exist():
+    assert not [
+        (name, missing)
+        for name, node in OBJECTS.items()
+        if isinstance(node, ast.ClassDef) and (missing := set(sections(node).get("Attributes", ())) - fields(node))
+    ]
 
 
-@pytest.mark.parametrize("node", [each for each in OBJECTS if isinstance(each.values[0], ast.FunctionDef)])
-def test_what_is_raised_is_said(node):
-    """An error that a public function raises itself is in its docstring; that a method must be overridden is not."""
-    raised = {
-        each.exc.func.id
-        for each in own_statements(node)
-        if isinstance(each, ast.Raise) and isinstance(each.exc, ast.Call) and isinstance(each.exc.func, ast.Name)
-    }
-    ours = {name for name in raised if name.endswith("Error") and name != "NotImplementedError"}
-    told = set(sections(node).get("Raises", ()))
-    assert ours <= told or "WristError" in told
+def test_raised_errors_are_documented():
+    """Section Raises has every error that a public function raises itself, or their common base class."""
+    assert not [
+        (name, missing)
+        for name, node in OBJECTS.items()
+        if isinstance(node, ast.FunctionDef)
+        and "WristError" not in (documented_errors := sections(node).get("Raises", ()))
+        and (missing := raised(node) - set(documented_errors))
+    ]
 
 
 def own_statements(node):
-    """The statements of a function without those of functions inside it."""
+    """Yield the statements of a function without those of functions inside it."""
     for each in ast.iter_child_nodes(node):
         if not isinstance(each, ast.FunctionDef | ast.Lambda | ast.ClassDef):
             yield each
             yield from own_statements(each)
+
+
+OPENERS = ("What", "Where", "Whether", "How", "That")
+"""Words with which a first line becomes a riddle: it begins with an imperative, or names the thing."""
+
+
+def every_docstring(tree):
+    """Yield the line and the text of the docstrings of modules, classes, functions and constants."""
+    for node in ast.walk(tree):
+        body = getattr(node, "body", None)
+        for each in body if isinstance(body, list) else ():
+            value = each.value if isinstance(each, ast.Expr) else None
+            if isinstance(value, ast.Constant) and isinstance(value.value, str):
+                yield each.lineno, value.value.strip()
+
+
+def test_first_lines_are_plain():
+    """Docstrings open in the imperative or with a noun phrase, in the package, the tests and the scripts."""
+    repository = Path(__file__).parents[1]
+    files = [path for room in ("src", "tests", "scripts") for path in sorted((repository / room).rglob("*.py"))]
+    assert not [
+        f"{path.relative_to(repository)}:{line}: {text.splitlines()[0]}"
+        for path in files
+        for line, text in every_docstring(ast.parse(path.read_text(encoding="utf-8")))
+        if text.split(maxsplit=1)[0] in OPENERS
+    ]

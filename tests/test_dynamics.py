@@ -5,13 +5,13 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from bench import GRAVITY, RigidBody, mjcf, states, wrist_of
+from rigs import GRAVITY, RigidBody, mjcf, states, wrist_of
 from spherical_wrist.dynamics import MOTION, evaluate
+from spherical_wrist.experiment.timing import Timing
+from spherical_wrist.loop.engine import compiled_engine, interpreted_engine
+from spherical_wrist.prepare.nominal import NominalModel
+from spherical_wrist.prepare.physics import physics_model
 from spherical_wrist.reference import Lissajous, Sinusoid
-from spherical_wrist.simulation.engine import compiled_engine, interpreted_engine
-from spherical_wrist.simulation.nominal import NominalModel, nominal_torque, peak_torque
-from spherical_wrist.simulation.physics import physics_model
-from spherical_wrist.simulation.timing import Timing
 from spherical_wrist.wrist import Wrist
 
 TIMING = Timing.of(10.0, 1e-3, 1e-3)
@@ -111,9 +111,10 @@ def test_peak_torque_is_the_largest_component_that_the_rigid_body_needs(nominal,
         body.inertia @ m["acceleration"] + body.bias(m["attitude"], m["rate"])
         for m in reference.motion(np.arange(10_000) * 1e-3)[::1]
     ]
-    assert peak_torque(nominal, reference, TIMING, engine) == pytest.approx(np.abs(needed).max(), rel=1e-12)
+    model = NominalModel(nominal, TIMING, engine)
+    assert model.peak_torque(reference, TIMING) == pytest.approx(np.abs(needed).max(), rel=1e-12)
     some = np.array([0.0, 3.21, 9.999])
-    torque = nominal_torque(nominal, reference, some, TIMING, engine)
+    torque = model.torque(reference, some)
     np.testing.assert_allclose(torque, [needed[0], needed[3210], needed[9999]], atol=1e-14)
 
 

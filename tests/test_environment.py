@@ -3,7 +3,6 @@
 import pickle
 import subprocess
 import sys
-from dataclasses import asdict
 
 import gymnasium
 import numpy as np
@@ -14,10 +13,10 @@ from scipy.spatial.transform import Rotation
 
 from spherical_wrist import Experiment, WristError, simulate
 from spherical_wrist.environment import TRACK, register
-from spherical_wrist.environment.action import gains_of
+from spherical_wrist.environment.action import tunable_gains
 from spherical_wrist.experiment.presets import HARDWARE
 from spherical_wrist.sensing import Realistic
-from spherical_wrist.tuning.ranges import positive
+from spherical_wrist.tuning.ranges import tunable
 
 SHORT = {"duration": 0.3}
 NOISY = {**HARDWARE["realistic"], "duration": 0.3, "disturbance": {"name": "noise", "level": 0.3}, "seed": 5}
@@ -51,7 +50,7 @@ def zeros(env):
 
 
 def figures(metrics):
-    return {name: value for name, value in asdict(metrics).items() if value is not None}
+    return {name: value for name, value in metrics.items() if value is not None}
 
 
 @pytest.mark.parametrize("given", [SHORT, NOISY, {"law": "pd", "duration": 1.2, "reference": "beating_heart"}])
@@ -155,10 +154,12 @@ def test_gains_are_scaled_on_a_logarithmic_scale():
 
 def test_gains_are_those_that_can_be_set_while_the_law_runs():
     default = Experiment().law
-    assert gains_of(default, 4.0) == ["Kp", "Kv", "K", "slope", "phi", "error_scale", "rate_scale"]
-    assert "output_width" in positive(default)  # but with this inference no step reads it
+    assert tunable_gains(default, 4.0) == ["Kp", "Kv", "K", "slope", "phi", "error_scale", "rate_scale"]
+    mamdani = default.replaced(inference="mamdani")
+    assert ("output_width" in tunable(default), "output_width" in tunable(mamdani)) == (False, True)  # of mamdani alone
+    assert "output_width" not in tunable_gains(mamdani, 4.0)  # its table follows from it
     integral = Experiment(law="computed_torque_integral").law
-    assert gains_of(integral, 4.0) == ["Kp", "Kv", "Ki"]  # and not torque_limit
+    assert tunable_gains(integral, 4.0) == ["Kp", "Kv", "Ki"]  # and not torque_limit
 
 
 def test_the_reward_is_what_it_says():
@@ -328,7 +329,7 @@ def test_wrong_arguments_of_many():
         with pytest.raises(WristError, match=next(iter(options))):
             gymnasium.make_vec(TRACK, **{"num_envs": 2, "experiment": SHORT, **options})
     envs = gymnasium.make_vec(TRACK, 2, experiment=SHORT)
-    with pytest.raises(WristError, match="one for each of 2 wrists"):
+    with pytest.raises(WristError, match="one for each of 2 environments"):
         envs.reset(seed=[1, 2, 3])
     with pytest.raises(WristError, match="reset_mask"):
         envs.reset(options={"reset_mask": np.zeros(2, dtype=bool)})

@@ -11,9 +11,10 @@ from scipy.spatial.transform import Rotation
 
 import needs
 import spherical_wrist.environment  # noqa: F401 registers them
-from bench import mjcf, mounted
+from rigs import mjcf, mounted
 from spherical_wrist import Experiment
 from spherical_wrist.errors import ParameterError
+from spherical_wrist.prepare.plant import plant_of
 
 TRACK = "spherical_wrist/Track-v0"
 SHORT = {"duration": 0.2, "law": "pd", "disturbance": {"amplitude": 0.03}}
@@ -81,7 +82,7 @@ def test_gravity_is_seen_from_a_wrist_that_is_mounted_askew(tmp_path):
     seen, _ = env.reset(seed=1)
     names = env.observation_names
     told = seen[[names.index(f"gravity_{axis}") for axis in "xyz"]]
-    model = experiment.plant().model
-    attitude = Rotation.from_quat(env._fleet.episodes[0].loop.parts.plant.qpos, scalar_first=True)
+    model = plant_of(experiment).model
+    attitude = Rotation.from_quat(env._batch.episodes[0].loop.parts.plant.qpos, scalar_first=True)
     mount = Rotation.from_quat(model.body_quat[model.jnt_bodyid[0]], scalar_first=True)
     np.testing.assert_allclose(told, (mount * attitude).inv().apply([0.0, 0.0, -1.0]), atol=1e-12)

@@ -5,15 +5,15 @@ import json
 import numpy as np
 import pytest
 
-from bench import one_line
+from rigs import channel_names, one_line
 from spherical_wrist import Experiment, WristError, simulate
+from spherical_wrist.channels import CHANNELS, Condition
 from spherical_wrist.control import ComputedTorque
 from spherical_wrist.disturbance import Pulse
 from spherical_wrist.errors import LawError, ParameterError
 from spherical_wrist.experiment.description import with_changes
+from spherical_wrist.loop.outcome import Status
 from spherical_wrist.reference import Step
-from spherical_wrist.simulation.outcome import Status
-from spherical_wrist.simulation.series import COLUMNS
 
 LAW = """
 from spherical_wrist.control import Law
@@ -221,10 +221,10 @@ def test_a_law_that_fails_in_the_middle_says_when(law_file, fault, said, interpr
 
 def test_series_have_their_shapes_and_identities():
     run = simulate(Experiment(duration=0.5))
-    widths = {name: len(info["axes"]) for name, info in COLUMNS.items()}
-    for name, width in widths.items():
-        assert getattr(run, name).shape == ((500, width) if width else (500,))
-        assert getattr(run, name).dtype == np.float64
+    assert list(run.channels) == channel_names(Condition.SURFACE)
+    for name, array in run.channels.items():
+        assert array.shape == (500, *CHANNELS[name].shape)
+        assert array.dtype == np.float64
     assert run.time == pytest.approx(np.arange(500) * 0.001, abs=1e-15)
     assert run.surface == pytest.approx(run.slope * run.error + run.rate_error, abs=1e-15)
     assert np.linalg.norm(run.attitude, axis=1) == pytest.approx(np.ones(500), abs=1e-12)
@@ -254,7 +254,7 @@ def test_divergence_is_an_outcome_with_time_reason_and_data():
     assert run.outcome.status is Status.DIVERGED
     assert run.outcome.time == pytest.approx(len(run) * 0.001)
     assert "rad/s" in run.outcome.reason
-    assert all(np.isfinite(getattr(run, name)).all() for name in COLUMNS)
+    assert all(np.isfinite(array).all() for array in run.channels.values())
 
 
 def test_stopping_keeps_what_was_simulated():

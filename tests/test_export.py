@@ -4,7 +4,6 @@ import csv
 import json
 import math
 import struct
-from dataclasses import asdict, replace
 
 import numpy as np
 import pyarrow.parquet
@@ -27,7 +26,7 @@ def run():
     torque, surface = found.torque.copy(), found.surface.copy()
     torque[:8, 0] = [np.nan, np.inf, -np.inf, -0.0, 5e-324, 1.7976931348623157e308, 0.1 + 0.2, -1.0 / 3.0]
     surface[5] = np.nan
-    return replace(found, torque=torque, surface=surface)
+    return found.replaced(torque=torque, surface=surface)
 
 
 def write(run, tmp_path, kind):
@@ -48,11 +47,16 @@ def expected(run):
     units |= {"rate_error": "_rad_per_s", "surface": "_rad_per_s", "slope": "_per_s", "torque": "_Nm"}
     units |= {"disturbance": "_Nm", "desired_tip": "_m", "measured_rate": "_rad_per_s", "current": "_A"}
     units |= {"commanded_torque": "_Nm"}
+    spelled = {"": "", "rad/s": "_rad_per_s", "rad/s²": "_rad_per_s2", "rad/s³": "_rad_per_s3", "rad·s": "_rad_s"}
+    law = run.experiment.law
+    state = [f"_{each}{spelled[unit]}" for each, unit in zip(law.state_names(), law.state_units(), strict=True)]
     found = {}
-    for name, array in run.arrays().items():
+    for name, array in run.channels.items():
         rows = array.reshape(len(run), -1)
         count = rows.shape[1]
-        marks = [f"_{k}" for k in range(count)] if name in ("law_state", "current") else axes[count]
+        marks = (
+            [f"_{k}" for k in range(count)] if name == "current" else state if name == "law_state" else axes.get(count)
+        )
         found |= {f"{name}{mark}{units.get(name, '')}": rows[:, k] for k, mark in enumerate(marks)}
     return found
 
@@ -90,18 +94,18 @@ def test_parquet_gives_every_bit_back_with_units_and_the_experiment(run, tmp_pat
     told = {name.decode(): json.loads(text) for name, text in table.schema.metadata.items()}
     assert told["experiment"] == run.description
     assert Experiment(**told["experiment"]) == run.experiment
-    assert told["metrics"] == asdict(run.metrics)
+    assert told["metrics"] == dict(run.metrics)
     assert told["versions"] == run.versions
     assert told["record_every"] == 3
 
 
 def test_npz_gives_every_array_back_without_pickle(run, tmp_path):
     with np.load(write(run, tmp_path, "npz"), allow_pickle=False) as archive:
-        for name, array in run.arrays().items():
+        for name, array in run.channels.items():
             assert archive[name].shape == array.shape
             assert archive[name].tobytes() == array.tobytes(), name
         assert json.loads(str(archive["experiment"])) == run.description
-        assert json.loads(str(archive["metrics"])) == asdict(run.metrics)
+        assert json.loads(str(archive["metrics"])) == dict(run.metrics)
         assert json.loads(str(archive["units"]))["torque"] == "N·m"
 
 

@@ -5,10 +5,10 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from bench import states
+from rigs import states
 from spherical_wrist.control import ComputedTorque
 from spherical_wrist.control.contract import COMMAND, SIGNAL
-from spherical_wrist.simulation.engine import interpreted_step
+from spherical_wrist.loop.engine import interpreted_step
 from spherical_wrist.so3 import attitude_error, feed_forward, rate_error
 
 

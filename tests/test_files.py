@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from bench import one_line
+from rigs import one_line
 from spherical_wrist import files
 from spherical_wrist.errors import RecordingError
 from spherical_wrist.files import LEFT_AFTER, check_writable, make_folder, write_together, write_whole

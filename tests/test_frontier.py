@@ -12,12 +12,12 @@ from matplotlib.image import imread
 from scipy.optimize import brentq, fsolve
 from scipy.spatial.transform import Rotation
 
-from bench import RigidBody, one_line
+from rigs import RigidBody, one_line
 from spherical_wrist import Experiment, simulate
-from spherical_wrist.comparison.crossing import Crossing, Found, first_crossing
+from spherical_wrist.comparison.crossing import Crossing, CrossingStatus, first_crossing
 from spherical_wrist.comparison.frontier import AXES, Edge, chosen_axes, frontier
 from spherical_wrist.comparison.frontier_picture import frontier_picture
-from spherical_wrist.comparison.frontier_report import order, told
+from spherical_wrist.comparison.frontier_report import order, to_dict
 from spherical_wrist.control import ComputedTorque, SlidingComputedTorque
 from spherical_wrist.errors import ParameterError, UnknownNameError, WristError
 
@@ -27,7 +27,7 @@ from spherical_wrist.errors import ParameterError, UnknownNameError, WristError
 @given(st.floats(1e-6, 900.0), st.floats(0.001, 0.3), st.floats(1.1, 10.0))
 def test_a_known_crossing_is_found(edge, tolerance, growth):
     found = first_crossing(lambda x: x < edge, 0.01, 1000.0, tolerance, growth)
-    assert found.found is Found.CROSSING
+    assert found.status is CrossingStatus.CROSSING
     assert found.holds < edge <= found.misses
     assert found.misses - found.holds <= tolerance * max(found.misses, 0.01)
 
@@ -40,13 +40,13 @@ def test_whatever_the_system_no_tested_value_below_the_crossing_missed(bad, grow
         return int(4.0 * x) not in bad
 
     found = first_crossing(holds, 0.1, 10.0, 0.05, growth)
-    if found.found is Found.NOMINAL:
+    if found.status is CrossingStatus.NOMINAL:
         assert 0 in bad
-        assert found == Crossing(Found.NOMINAL, None, 0.0, (0.0,))
+        assert found == Crossing(CrossingStatus.NOMINAL, None, 0.0, (0.0,))
         return
     assert holds(found.holds)
     assert all(holds(x) for x in found.tested if x <= found.holds)
-    if found.found is Found.CROSSING:
+    if found.status is CrossingStatus.CROSSING:
         assert not holds(found.misses)
         assert min(x for x in found.tested if not holds(x)) == found.misses
     else:
@@ -56,7 +56,7 @@ def test_whatever_the_system_no_tested_value_below_the_crossing_missed(bad, grow
 
 def test_the_grid_expands_from_the_nominal_to_the_limit_and_no_further():
     never = first_crossing(lambda x: True, 1.0, 10.0, growth=3.0)
-    assert never == Crossing(Found.NEVER, 10.0, None, (0.0, 1.0, 3.0, 9.0, 10.0))
+    assert never == Crossing(CrossingStatus.NEVER, 10.0, None, (0.0, 1.0, 3.0, 9.0, 10.0))
     island = first_crossing(lambda x: not 2.5 < x < 3.5, 1.0, 10.0, 0.1, growth=3.0)
     assert island.tested[:4] == (0.0, 1.0, 3.0, 2.0)  # the first miss, though all is well at 9 and 10
     assert island.misses == pytest.approx(2.5, rel=0.11)
@@ -121,7 +121,7 @@ def test_the_crossing_of_computed_torque_at_rest_is_that_of_statics(nominal, axi
     bound, start = 0.5, 1.0 if axis == "mass" else 0.0
     expected = brentq(lambda value: resting_tip_error(nominal, lacking(value)) - bound, start, high)
     (edge,) = frontier({"ct": ComputedTorque()}, chosen_axes([axis]), HOLD, {}, bound=bound, tolerance=0.005)
-    assert edge.crossing.found is Found.CROSSING
+    assert edge.crossing.status is CrossingStatus.CROSSING
     slack = 0.006 * max(expected - start, edge.axis.first)
     assert edge.misses == pytest.approx(expected, abs=slack)
     assert edge.holds < edge.misses
@@ -146,7 +146,7 @@ def test_the_bound_is_held_before_and_missed_at_the_crossing_on_every_axis(edges
         (law, axis) for law in ("sliding", "ct") for axis in build
     ]
     for edge in edges:
-        assert edge.crossing.found is Found.CROSSING
+        assert edge.crossing.status is CrossingStatus.CROSSING
         perfect = {"mass_scale": 1.0, "disturbance": 0.0, "duration": 2.4}
         law = {"sliding": "sliding_computed_torque", "ct": "computed_torque"}[edge.law]
         held, missed = (
@@ -168,11 +168,11 @@ def test_the_number_of_threads_changes_no_bit(edges):
 def test_a_run_that_diverges_is_a_miss_and_the_experiment_comes_first():
     laws, mass = {"ct": ComputedTorque()}, chosen_axes(["mass"])
     (edge,) = frontier(laws, mass, {"disturbance": {"amplitude": 50.0}, "duration": 2.2}, {}, bound=1e9)
-    assert edge.crossing.found is Found.NOMINAL
+    assert edge.crossing.status is CrossingStatus.NOMINAL
     assert edge.misses == 1.0
     assert edge.experiment.disturbance.amplitude == 50.0
     (edge,) = frontier(laws, mass, {"duration": 2.2}, {"mass_scale": 3.0, "payload": 0.01}, bound=1e9)
-    assert edge.crossing.found is Found.NEVER  # the axis takes the place of what the experiment says of it
+    assert edge.crossing.status is CrossingStatus.NEVER  # the axis takes the place of what the experiment says of it
     assert edge.experiment.mass_scale == 10.0
     assert edge.experiment.payload == 0.01
     assert edge.experiment.disturbance.level == 0.0
@@ -203,7 +203,7 @@ def edge(law, axis, found, misses=None):
 
 def test_laws_are_ordered_by_their_mean_rank():
     """Ranks by hand: a is 1 and 2, b is 2 and 1 … and the one that misses at once is last."""
-    crossing, never, nominal = Found.CROSSING, Found.NEVER, Found.NOMINAL
+    crossing, never, nominal = CrossingStatus.CROSSING, CrossingStatus.NEVER, CrossingStatus.NOMINAL
     found = [
         edge("c", MASS, nominal, 0.0), edge("c", COM, nominal, 0.0),
         edge("a", MASS, never), edge("a", COM, crossing, 0.01),
@@ -215,10 +215,10 @@ def test_laws_are_ordered_by_their_mean_rank():
 
 def table():
     found = [
-        edge("a_law", MASS, Found.NEVER), edge("a_law", COM, Found.CROSSING, 0.01),
-        edge("b_law", MASS, Found.CROSSING, 0.5), edge("b_law", COM, Found.NOMINAL, 0.0),
+        edge("a_law", MASS, CrossingStatus.NEVER), edge("a_law", COM, CrossingStatus.CROSSING, 0.01),
+        edge("b_law", MASS, CrossingStatus.CROSSING, 0.5), edge("b_law", COM, CrossingStatus.NOMINAL, 0.0),
     ]  # fmt: skip
-    return told(found, {"a_law": ComputedTorque(), "b_law": ComputedTorque()}, (MASS, COM), 0.1, 0.02, 1.0)
+    return to_dict(found, {"a_law": ComputedTorque(), "b_law": ComputedTorque()}, (MASS, COM), 0.1, 0.02, 1.0)
 
 
 def test_bars_of_the_picture_end_at_the_crossings():
@@ -309,7 +309,7 @@ def test_ctrl_c_ends_with_its_exit_code_and_writes_nothing(wrist, monkeypatch):
     def interrupted(*_, **__):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("spherical_wrist.comparison.threads.as_completed", interrupted)
+    monkeypatch.setattr("spherical_wrist.simulation.runner.as_completed", interrupted)
     code, out, err = wrist("frontier", *QUICK, "--duration", "3600", "-o", "out")
     assert (code, out, err) == (130, "", "")
     assert not list(Path("out").iterdir())

@@ -33,7 +33,7 @@ def recording(tmp_path_factory):
 
 @st.composite
 def damages(draw):
-    """What happens to bytes: a function of them."""
+    """Draw a function that damages bytes."""
     places = draw(
         st.lists(st.tuples(st.floats(0.0, 1.0), st.binary(max_size=6), st.integers(0, 40)), min_size=1, max_size=3)
     )

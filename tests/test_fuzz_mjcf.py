@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bench import mjcf
 from fuzzing import Command, emptied, examples, outcome
+from rigs import mjcf
 from spherical_wrist.wrist import default_model
 
 SOURCES = (mjcf(), default_model().read_text())

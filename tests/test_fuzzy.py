@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from bench import vectors
+from rigs import vectors
 from spherical_wrist.control.fuzzy_sliding_computed_torque import RULES
 from spherical_wrist.fuzzy import ERROR_VALUES, RATE_VALUES, fuzzify, sugeno
 

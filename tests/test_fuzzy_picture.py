@@ -10,7 +10,7 @@ import pytest
 from matplotlib.text import Text
 
 import spherical_wrist.fuzzy
-from bench import one_line
+from rigs import one_line
 from spherical_wrist.control import FuzzySlidingComputedTorque
 from spherical_wrist.errors import ParameterError
 from spherical_wrist.fuzzy import Linear, Mamdani, Rule, RuleBase, Sugeno, Triangular, Variable, report

@@ -6,7 +6,7 @@ import skfuzzy
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from bench import one_line
+from rigs import one_line
 from spherical_wrist.errors import ParameterError, UnknownNameError
 from spherical_wrist.fuzzy import (
     ERROR_VALUES,

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from bench import one_line
+from rigs import one_line
 from spherical_wrist import Experiment, simulate
 from spherical_wrist.control import FuzzySlidingComputedTorque, Law
 from spherical_wrist.control.contract import COMMAND
@@ -110,7 +110,7 @@ def test_rules_that_are_symmetric_make_a_symmetric_positive_slope_within_the_wei
 @pytest.mark.parametrize("conjunction", CONJUNCTIONS)
 @pytest.mark.parametrize("method", METHODS, ids=label)
 def test_at_its_peak_a_rule_alone_says_its_weight(method, conjunction):
-    """Where neighbouring sets end. Tilts are about the peak, output sets symmetric about the weight."""
+    """Neighbouring sets end here. Tilts are about the peak, output sets symmetric about the weight."""
     law = FuzzySlidingComputedTorque(**method, conjunction=conjunction)
     e, rate = np.meshgrid(np.linspace(-1, 1, len(ERROR_VALUES)), np.linspace(-1, 1, len(RATE_VALUES)), indexing="ij")
     np.testing.assert_allclose(law.tuner.system()(e, rate), RULES, rtol=1e-9)
@@ -132,7 +132,7 @@ def test_the_default_is_the_exact_inference_of_equation_47():
 
 
 def test_cog_and_sum_min_are_one_and_max_min_coa_is_another():
-    """What distinguishes eq. (32) from eq. (33); see spherical_wrist.fuzzy.mamdani."""
+    """Difference between eq. (32) and eq. (33); see spherical_wrist.fuzzy.mamdani."""
     tables = {
         (a, d): FuzzySlidingComputedTorque(inference="mamdani", aggregation=a, defuzzification=d).derived()["table"]
         for a, d in itertools.product(("max_min", "sum_min"), ("coa", "cog"))

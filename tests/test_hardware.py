@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from bench import one_line
+from rigs import OPTIONAL, bits, finished, loop, one_line
 from spherical_wrist import Experiment, load_recording, record, simulate
 from spherical_wrist.actuation import Ideal as IdealActuation
 from spherical_wrist.actuation import Realistic as RealisticActuation
@@ -20,22 +20,18 @@ from spherical_wrist.control.contract import COMMAND, SIGNAL
 from spherical_wrist.dynamics import MOTION
 from spherical_wrist.errors import UnknownNameError
 from spherical_wrist.experiment.description import with_changes
+from spherical_wrist.experiment.perturbation import Start
 from spherical_wrist.experiment.presets import HARDWARE, hardware
 from spherical_wrist.inspection import inspect
+from spherical_wrist.loop.loop import LOG, SETTINGS
+from spherical_wrist.loop.outcome import Status
 from spherical_wrist.parameters import unit_of
-from spherical_wrist.plant import Perturbation, perturbed
-from spherical_wrist.reference import Lissajous
+from spherical_wrist.prepare.physics import physics_model
+from spherical_wrist.prepare.plant import Perturbation, perturbed
 from spherical_wrist.sensing import Ideal as IdealSensing
 from spherical_wrist.sensing import Realistic as RealisticSensing
 from spherical_wrist.sensing.measure import SENSOR
 from spherical_wrist.sensing.samples import SAMPLE
-from spherical_wrist.simulation.closed_loop import ClosedLoop, Start
-from spherical_wrist.simulation.hardware import Hardware
-from spherical_wrist.simulation.loop import LOG, SETTINGS
-from spherical_wrist.simulation.outcome import Status
-from spherical_wrist.simulation.physics import physics_model
-from spherical_wrist.simulation.series import COLUMNS, EXTRAS, Series
-from spherical_wrist.simulation.timing import Timing
 from spherical_wrist.wrist import Wrist
 from test_actuation import compiled_map
 
@@ -52,17 +48,14 @@ CASES = {
 each_case = pytest.mark.parametrize("case", CASES.values(), ids=CASES)
 
 
-def bits(series, names=(*COLUMNS, *EXTRAS)):
-    return {name: getattr(series, name).tobytes() for name in names}
-
-
 @each_case
 def test_compiled_and_interpreted_agree(case):
     """The same source either way, to 1e-10 over 0.15 s of a badly started loop."""
     given = Experiment(duration=0.15, physics_period=5e-4, initial_error=(0.2, -0.1, 0.3), **case)
     machine, plain = simulate(given), simulate(given, interpreted=True)
-    for name in (*COLUMNS, *EXTRAS):
-        np.testing.assert_allclose(getattr(machine, name), getattr(plain, name), rtol=0.0, atol=1e-10, err_msg=name)
+    assert machine.channels.keys() == plain.channels.keys()
+    for name in machine.channels:
+        np.testing.assert_allclose(machine.channels[name], plain.channels[name], rtol=0.0, atol=1e-10, err_msg=name)
     assert np.abs(machine.error).max() > 0.1
 
 
@@ -78,30 +71,14 @@ def test_the_same_run_comes_in_pieces_of_any_size(nominal, engine, case, samples
     """Faults are drawn and kept from call to call, whatever a call's length."""
     given = Experiment(duration=0.2, **case)
     plant = perturbed(nominal, Perturbation(friction=given.friction))
-    timing = Timing.of(0.2, 1e-3, 5e-4)
     found = []
     for size in (8192, samples):
-        law, begin = FuzzySlidingComputedTorque(), Start(error=(0.1, 0.0, -0.2))
-        loop = ClosedLoop(
-            plant,
-            nominal,
-            law,
-            Lissajous(),
-            still_torque,
-            timing,
-            engine,
-            begin,
-            Hardware(given.sensing, given.actuation, 3),
-        )
-        parts = []
-        while loop.outcome is None:
-            parts.append(loop.advance(size))
-        found.append(Series.joined(parts))
+        parts = {"sensing": given.sensing, "actuation": given.actuation, "seed": 3}
+        begin = Start(error=(0.1, 0.0, -0.2))
+        law = FuzzySlidingComputedTorque()
+        running = loop(law, nominal, engine, plant=plant, duration=0.2, step=5e-4, start=begin, **parts)
+        found.append(finished(running, size))
     assert bits(found[0]) == bits(found[1])
-
-
-def still_torque(time):
-    return np.zeros((len(time), 3))
 
 
 @each_case
@@ -137,7 +114,7 @@ def test_what_hardware_does_is_recorded_bit_for_bit(tmp_path, every):
     record(run, tmp_path / "run.rrd")
     back = load_recording(tmp_path / "run.rrd")
     assert bits(back) == bits(run)
-    widths = {name: getattr(back, name).shape for name in EXTRAS}
+    widths = {name: back.channels[name].shape for name in OPTIONAL}
     rows = len(range(0, 500, every))
     assert widths == {
         "law_state": (rows, run.law_state.shape[1]),
@@ -145,7 +122,7 @@ def test_what_hardware_does_is_recorded_bit_for_bit(tmp_path, every):
         "measured_rate": (rows, 3),
         "commanded_torque": (rows, 3),
         "current": (rows, 24),
-        "condition": (rows, 1),
+        "condition": (rows,),
     }
     assert back.metrics == run.metrics
     assert back.measurement == run.measurement

@@ -12,14 +12,16 @@ from PIL import Image
 from scipy.spatial.transform import Rotation
 
 from spherical_wrist import Experiment, load_recording, record, simulate
-from spherical_wrist.inspection.curves import rotation_vectors, telling_rows, view
+from spherical_wrist.inspection.curves import telling_rows, view, with_gaps
 from spherical_wrist.inspection.difference import difference
 from spherical_wrist.inspection.difference_picture import difference_picture
 from spherical_wrist.inspection.drawing import as_image, figure
 from spherical_wrist.inspection.picture import run_picture
 from spherical_wrist.inspection.run_difference import run_difference
 from spherical_wrist.inspection.settings import differing_settings
-from spherical_wrist.simulation.outcome import Outcome, Status
+from spherical_wrist.loop.outcome import Outcome, Status
+from spherical_wrist.measure.metrics import Metrics
+from spherical_wrist.so3 import rotation_vectors
 
 AMPLITUDE = {"amplitude": 0.004}
 """Of the disturbance [N·m], for which no peak torque has to be found."""
@@ -35,7 +37,7 @@ def fuzzy():
 
 
 def titles(drawing):
-    """What is above every panel, left and right."""
+    """Return the titles above every panel, left and right."""
     panels = [panel for part in drawing.subfigs[1].subfigs for panel in part.axes]
     return {panel.get_title(loc="left"): panel.get_title(loc="right") for panel in panels}
 
@@ -74,12 +76,14 @@ def test_reduced_curves_skip_gaps_and_keep_those_that_fill_a_bin():
 
 def test_rotation_vectors_are_those_of_scipy_with_gaps_where_they_jump():
     attitudes = Rotation.random(500, rng=np.random.default_rng(2))
-    found = rotation_vectors(attitudes.as_quat(scalar_first=True))
+    found = with_gaps(rotation_vectors(attitudes.as_quat(scalar_first=True)))
     clear = ~np.isnan(found[:, 0])
     assert found[clear] == pytest.approx(attitudes.as_rotvec()[clear], abs=1e-12)
     angles = np.linspace(0.0, 6.0, 601)
     turning = Rotation.from_rotvec(angles[:, None] * [0.0, 0.0, 1.0]).as_quat(scalar_first=True)
-    assert np.flatnonzero(np.isnan(rotation_vectors(turning)[:, 2])).tolist() == [int(np.argmax(angles > np.pi))]
+    assert np.flatnonzero(np.isnan(with_gaps(rotation_vectors(turning))[:, 2])).tolist() == [
+        int(np.argmax(angles > np.pi))
+    ]
 
 
 def test_a_portrait_shows_where_a_run_that_starts_far_off_comes_from():
@@ -91,7 +95,7 @@ def test_a_portrait_shows_where_a_run_that_starts_far_off_comes_from():
     near = run(law="sliding_mode", duration=2.0)
     rate = near.rate_error.copy()
     rate[3] = 5.0
-    panel = panel_of(run_picture(replace(near, rate_error=rate), ["title"]), "Phase portrait, z")
+    panel = panel_of(run_picture(near.replaced(rate_error=rate), ["title"]), "Phase portrait, z")
     assert panel.get_ylim()[1] < 1.0
     assert "|ė| = 5 rad/s" in panel.texts[0].get_text()
 
@@ -157,7 +161,7 @@ def test_the_curves_are_those_of_the_run(fuzzy):
 def test_chattering_is_not_smoothed_away():
     found = run(law="fuzzy_sliding_computed_torque", duration=4.0)
     wild = found.torque + np.where(np.arange(len(found)) % 2, 0.03, -0.03)[:, None]
-    panel = panel_of(run_picture(replace(found, torque=wild), ["title"]), "Torque")
+    panel = panel_of(run_picture(found.replaced(torque=wild), ["title"]), "Torque")
     curves = [line.get_ydata() for line in panel.lines if line.get_color() == "#d55e00"]
     assert len(curves[0]) < len(found)
     assert np.abs(np.diff(curves[0])).mean() > 0.03
@@ -166,8 +170,8 @@ def test_chattering_is_not_smoothed_away():
 
 def test_the_svg_of_a_long_run_is_small_well_formed_and_the_same_every_time():
     found = run(law={"name": "sliding_mode", "switching": "sign"}, sensing="realistic")
-    again = {name: np.tile(array, (100, 1) if array.ndim == 2 else 100) for name, array in found.arrays().items()}
-    long = replace(found, **{**again, "time": 1e-3 * np.arange(100 * len(found))})
+    again = {name: np.tile(array, (100, 1) if array.ndim == 2 else 100) for name, array in found.channels.items()}
+    long = replace(found, channels={**again, "time": 1e-3 * np.arange(100 * len(found))})
     content = as_image(run_picture(long, ["title"]), Path("a.svg"))
     assert content == as_image(run_picture(long, ["title"]), Path("b.SVG"))
     assert ET.fromstring(content).tag.endswith("svg")
@@ -176,14 +180,14 @@ def test_the_svg_of_a_long_run_is_small_well_formed_and_the_same_every_time():
 
 @pytest.mark.parametrize("rows", [1, 3])
 def test_a_few_rows_and_a_divergence_can_be_drawn(fuzzy, rows):
-    few = replace(fuzzy, **fuzzy.rows(slice(0, rows)).arrays())
+    few = replace(fuzzy, channels=fuzzy.rows(slice(0, rows)).channels)
     run_picture(few, ["title"]).draw_without_rendering()
     lost = few.error.copy()
     lost[-1] = [np.nan, 1e300, np.inf]
     torque = np.full_like(few.torque, np.nan)
     ended = Outcome(Status.DIVERGED, 0.003, "the physics became unstable")
     drawing = run_picture(
-        replace(few, error=lost, attitude=few.attitude * np.nan, torque=torque, outcome=ended), ["title"]
+        replace(few.replaced(error=lost, attitude=few.attitude * np.nan, torque=torque), outcome=ended), ["title"]
     )
     assert as_image(drawing, Path("a.png")).startswith(b"\x89PNG")
 
@@ -225,7 +229,7 @@ def test_runs_differ_in_outcome_versions_and_metrics(fuzzy):
 def test_the_picture_of_a_difference_has_its_sizes(fuzzy):
     torque = fuzzy.torque.copy()
     torque[100:, 2] += 1e-9
-    other = replace(fuzzy, torque=torque)
+    other = fuzzy.replaced(torque=torque)
     drawing = difference_picture(fuzzy, other, difference(fuzzy, other), ("a", "b"))
     (panel,) = drawing.axes
     assert panel.get_ylabel() == "difference [N·m]"
@@ -298,7 +302,12 @@ def test_wrong_input_is_one_line_and_nothing_is_written(wrist, fuzzy, arguments)
 
 
 def test_a_recording_that_contradicts_itself_gives_no_picture(wrist, fuzzy):
-    record(replace(fuzzy, metrics=replace(fuzzy.metrics, rms_error_rad=1.0), _experiment=fuzzy.experiment), "a.rrd")
+    record(
+        replace(
+            fuzzy, metrics=Metrics({**fuzzy.metrics.available, "rms_error_rad": 1.0}), _experiment=fuzzy.experiment
+        ),
+        "a.rrd",
+    )
     code, _, err = wrist("inspect", "a.rrd", "--plot", "a.png", "--export", "a.csv")
     assert code == 2
     assert "rms_error_rad" in err
@@ -342,7 +351,7 @@ def test_a_tolerance_makes_small_differences_none(wrist, fuzzy):
     record(fuzzy, "a.rrd")
     rate = fuzzy.rate.copy()
     rate[7, 1] += 1e-7
-    record(replace(fuzzy, rate=rate, _experiment=fuzzy.experiment), "b.rrd")
+    record(fuzzy.replaced(rate=rate), "b.rrd")
     assert wrist("diff", "a.rrd", "b.rrd")[0] == 1
     assert wrist("diff", "a.rrd", "b.rrd", "--tolerance", "1e-8")[0] == 1
     code, out, _ = wrist("diff", "a.rrd", "b.rrd", "--tolerance", "1e-6")

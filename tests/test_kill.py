@@ -1,8 +1,7 @@
 """``wrist run`` killed at any moment of its life: its file is whole, or not there; and stopped, it keeps what it has.
 
 Moments are seeded: a phase of its life (starting, simulating, recording, writing, naming the file and ending) and a
-fraction of the time that this phase takes in an undisturbed run, as measured here. WRIST_KILLS=500 in the environment
-makes it five hundred moments.
+fraction of the time that this phase takes in an undisturbed run, as measured here.
 """
 
 import os
@@ -16,10 +15,10 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import pytest
 
+from sampling import count
 from spherical_wrist.errors import WristError
 from spherical_wrist.inspection import inspect
 
-COUNT = int(os.environ.get("WRIST_KILLS", "50"))
 AT_A_TIME = 2
 MARKS = """
 import os, sys
@@ -27,7 +26,7 @@ to, phases = int(sys.argv.pop(1)), ["start"]
 def listen(event, args):
     if event == "ctypes.dlsym" and args[1] == "mjcb_time":
         phase = "simulate"
-    elif event == "import" and args[0] == "spherical_wrist.experiment.recordings":
+    elif event == "import" and args[0] == "spherical_wrist.recording.runs":
         phase = "record"
     elif event == "open" and phases[-1] == "record" and args[2] & os.O_TMPFILE == os.O_TMPFILE:
         phase = "write"
@@ -46,9 +45,13 @@ main()
 """The command, which tells through a pipe what it is about to do: Python's own audit events say so."""
 PHASES = ("start", "simulate", "record", "write", "name")
 """Importing and compiling; simulating; making the recording; writing a file without a name; naming it, and the end."""
+KILLS = count(3 * len(PHASES), 10 * len(PHASES))
+STOPS = count(len(PHASES), 2 * len(PHASES))
 
-
-pytestmark = pytest.mark.skipif(not hasattr(os, "O_TMPFILE"), reason="needs files without a name")
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(not hasattr(os, "O_TMPFILE"), reason="needs files without a name"),
+]
 
 
 class Life:
@@ -76,7 +79,7 @@ class Life:
             assert self.heard[-1], self.process.communicate()
 
     def phases(self):
-        """When each phase began, since the start [s]."""
+        """Return the time at which each phase began, since the start [s]."""
         times = {line.strip(): time.monotonic() - self.began for line in self.told}
         self.told.close()
         self.process.communicate()
@@ -86,21 +89,21 @@ class Life:
 
 @pytest.fixture(scope="module")
 def calendar(tmp_path_factory):
-    """When the phases begin and the process ends, two at a time as below; of three runs each, the first not counted."""
+    """Return the times at which phases begin and the process ends: two at a time, the first run not counted."""
     folders = [tmp_path_factory.mktemp("life") for _ in range(AT_A_TIME)]
     with ThreadPoolExecutor(AT_A_TIME) as pool:
-        lives = list(pool.map(lambda folder: [Life(folder, *OPTIONS).phases() for _ in range(3)][1:], folders))
+        lives = list(pool.map(lambda folder: [Life(folder, *OPTIONS).phases() for _ in range(2)][1:], folders))
     return np.median(np.concatenate(lives), axis=0)
 
 
 OPTIONS = ("--duration", "40", "--json")
 
 
-def moments(calendar, seed, count):
+def moments(calendar, seed, number):
     """Phases, as often each, and times since they began [s]."""
-    phase = np.arange(count) % len(PHASES)
+    phase = np.arange(number) % len(PHASES)
     return list(
-        zip(phase, np.random.default_rng(seed).uniform(0.0, 1.0, count) * np.diff(calendar)[phase], strict=True)
+        zip(phase, np.random.default_rng(seed).uniform(0.0, 1.0, number) * np.diff(calendar)[phase], strict=True)
     )
 
 
@@ -152,7 +155,7 @@ def test_killed_at_any_moment_the_file_is_whole_or_not_there(calendar, old, tmp_
             assert code
         return phase if code else "done"
 
-    hit.update(in_pairs(once, enumerate(moments(calendar, 1, COUNT))))
+    hit.update(in_pairs(once, enumerate(moments(calendar, 1, KILLS))))
     print(f"phases begin at {np.round(calendar, 3)} s; kills in them: {dict(hit)}")
     assert all(hit[phase] for phase in ("start", "simulate", "record"))
     assert hit["write"] + hit["name"]  # short, so that a busy machine decides which of them it is
@@ -176,5 +179,5 @@ def test_stopped_at_any_moment_the_file_has_what_was_simulated_or_is_not_there(c
         assert (code == 0) <= (rows == 40_000)
         return phase, code, rows
 
-    found = in_pairs(once, enumerate(moments(calendar, [2, number], COUNT // 8)))
+    found = in_pairs(once, enumerate(moments(calendar, [2, number], STOPS)))
     assert all(code == 128 + number or phase != "simulate" for phase, code, _ in found)

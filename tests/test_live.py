@@ -11,7 +11,6 @@ import subprocess
 import sys
 import threading
 import time
-from dataclasses import asdict
 
 import numpy as np
 import psutil
@@ -24,13 +23,14 @@ import needs
 from spherical_wrist import Experiment, load_recording, record, simulate
 from spherical_wrist.cli import main
 from spherical_wrist.errors import ViewerError
-from spherical_wrist.experiment.live import close_view, live_view
 from spherical_wrist.recording import live
 from spherical_wrist.recording.address import Address, check_viewer, free_port, is_listening, read_address
+from spherical_wrist.recording.live_run import close_view, live_view
 from spherical_wrist.recording.process import rerun_process
-from spherical_wrist.recording.screenshot import photograph
+from spherical_wrist.recording.screenshot import screenshot
 from spherical_wrist.reference import Reference
 
+pytestmark = pytest.mark.slow
 RUN = Experiment(duration=3.0)
 NO_FOOTER = pytest.mark.filterwarnings("ignore:RRD file has no footer")
 """Rerun's program saves what arrives without one."""
@@ -73,7 +73,7 @@ def children():
 
 
 def bits(run):
-    return {name: array.tobytes() for name, array in run.arrays().items()}
+    return {name: array.tobytes() for name, array in run.channels.items()}
 
 
 # --- the run is the same ---------------------------------------------------------------------------------------------
@@ -112,7 +112,7 @@ def test_live_or_not_the_command_leaves_the_same_recording(listening, tmp_path, 
         assert (end.value.code, printed.err) == (0, "")
         told.append(json.loads(printed.out)["metrics"])
     plain, shown = load_recording("plain.rrd"), load_recording("live.rrd")
-    assert told[0] == told[1] == asdict(plain.metrics)
+    assert told[0] == told[1] == dict(plain.metrics)
     assert bits(shown) == bits(plain)
     same = ("description", "outcome", "metrics", "measurement", "versions", "every")
     assert {name: getattr(shown, name) for name in same} == {name: getattr(plain, name) for name in same}
@@ -123,7 +123,7 @@ def test_live_or_not_the_command_leaves_the_same_recording(listening, tmp_path, 
 
 
 def curves(path, entity, component="Scalars:scalars", depth=1):
-    """What is recorded of an entity, in the order of time, in one flat array."""
+    """Return the values recorded of an entity, in the order of time, in one flat array."""
     batches = [chunk.to_record_batch() for chunk in rr.chunk.RrdReader(path).stream() if chunk.entity_path == entity]
     timed = [batch for batch in batches if batch.schema.get_field_index("sim_time") >= 0]
     timed.sort(key=lambda batch: batch.column("sim_time")[0].value)
@@ -174,7 +174,7 @@ def test_a_viewer_shows_in_the_end_what_it_shows_of_the_file(tmp_path):
             assert close_view(view, run) == ""
         record(run, tmp_path / "run.rrd")
         client = ViewerClient.connect(Address(port=port).url)
-        file_picture = pixels(photograph(tmp_path / "run.rrd", size=size).png)
+        file_picture = pixels(screenshot(tmp_path / "run.rrd", size=size).png)
         assert file_picture.std() > 0.1
 
         def the_same():
@@ -290,7 +290,7 @@ def test_a_run_that_is_killed_leaves_no_process(listening):
     code = (
         "import sys, time\n"
         "from spherical_wrist import Experiment, simulate\n"
-        "from spherical_wrist.experiment.live import live_view\n"
+        "from spherical_wrist.recording.live_run import live_view\n"
         "from spherical_wrist.recording.address import read_address\n"
         "run = simulate(Experiment(duration=1.0))\n"
         "with live_view(Experiment(), read_address(sys.argv[1])) as view:\n"
@@ -323,7 +323,7 @@ def command(monkeypatch, capsys, *arguments):
 
 def test_nobody_listening_is_one_line_and_nothing_is_simulated(monkeypatch, capsys, tmp_path):
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("spherical_wrist.cli.run.simulate", None)
+    monkeypatch.setattr("spherical_wrist.simulation.simulate.simulate", None)
     port = free_port()
     said = command(monkeypatch, capsys, "--live", "--viewer", f"127.0.0.1:{port}")
     assert f"no viewer listens on 127.0.0.1:{port}: start one with `wrist view`" in said

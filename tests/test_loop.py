@@ -13,18 +13,18 @@ from scipy.linalg import expm
 from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
 
-from bench import RigidBody, finished, loop, one_line
-from spherical_wrist.control import PD, ComputedTorque, FuzzySlidingComputedTorque, Law, SlidingComputedTorque
+from rigs import RigidBody, bits, channel_names, finished, loop, one_line
+from spherical_wrist.control import PD, ComputedTorque, FuzzySlidingComputedTorque, Law, LawState, SlidingComputedTorque
 from spherical_wrist.disturbance import Noise, Pulse
 from spherical_wrist.errors import LawError, ParameterError
-from spherical_wrist.plant import Perturbation, perturbed
+from spherical_wrist.experiment.perturbation import Start
+from spherical_wrist.experiment.timing import Timing
+from spherical_wrist.loop.engine import interpreted_engine
+from spherical_wrist.loop.outcome import Status
+from spherical_wrist.prepare.closed_loop import RATE_LIMIT
+from spherical_wrist.prepare.physics import physics_model
+from spherical_wrist.prepare.plant import Perturbation, perturbed
 from spherical_wrist.reference import Hold, Lissajous
-from spherical_wrist.simulation.closed_loop import RATE_LIMIT, Start
-from spherical_wrist.simulation.engine import interpreted_engine
-from spherical_wrist.simulation.outcome import Status
-from spherical_wrist.simulation.physics import physics_model
-from spherical_wrist.simulation.series import COLUMNS
-from spherical_wrist.simulation.timing import Timing
 from spherical_wrist.user_file import member_from_file
 from spherical_wrist.wrist import Wrist, default_model
 
@@ -55,10 +55,6 @@ def constant(torque):
     return lambda time: np.tile(torque, (len(time), 1))
 
 
-def bits(series):
-    return {name: getattr(series, name).tobytes() for name in COLUMNS}
-
-
 # --- what is computed
 
 
@@ -69,8 +65,9 @@ def test_compiled_and_interpreted_agree(nominal, heavy, engine, law):
     machine = finished(loop(law(), nominal, engine, **case))
     plain = finished(loop(law(), nominal, interpreted_engine(), **case))
     assert len(machine) == len(plain) == 500
-    for name in COLUMNS:
-        np.testing.assert_allclose(getattr(machine, name), getattr(plain, name), rtol=0.0, atol=1e-12, err_msg=name)
+    assert machine.channels.keys() == plain.channels.keys()
+    for name in machine.channels:
+        np.testing.assert_allclose(machine.channels[name], plain.channels[name], rtol=0.0, atol=1e-12, err_msg=name)
     assert np.abs(machine.error).max() > 0.1
 
 
@@ -192,8 +189,9 @@ def test_it_starts_with_the_errors_that_were_asked_for(nominal, engine):
 
 def test_laws_without_a_surface_log_none(nominal, engine):
     run = finished(loop(PD(), nominal, engine, duration=0.01))
-    assert np.isnan(run.surface).all()
-    assert np.isnan(run.slope).all()
+    assert not {"surface", "slope"} & run.channels.keys()
+    with pytest.raises(AttributeError, match="'surface', which exists for laws with a sliding surface; it has: time, "):
+        run.surface  # noqa: B018
 
 
 def test_pd_gets_gravity_alone_and_saturation_is_counted(nominal, engine):
@@ -296,8 +294,8 @@ def test_periods_that_are_no_lengths_of_time_are_refused(where, bad):
 def ended(running):
     """A run to its end, with the files that it may have left in the working directory."""
     run = finished(running, 200)
-    for name in set(COLUMNS) - {"surface", "slope"}:
-        assert np.isfinite(getattr(run, name)).all(), name
+    for name in channel_names():
+        assert np.isfinite(run.channels[name]).all(), name
     assert running.outcome.time == pytest.approx(len(run) * (run.time[1] - run.time[0] if len(run) > 1 else 1e-3))
     assert running.sample == len(run)
     return run, running.outcome
@@ -371,18 +369,20 @@ class Nothing(Law):
 class Counting(Law):
     """Pushes by 1e-4 N·m times the number of steps so far, which it keeps in its state."""
 
-    state_size = 2
+    class State(LawState):
+        count: float = 7.0
+        last: float = 0.0
 
     @staticmethod
     def step(signal, parameters, state, command):
-        command.torque[0] = 1e-4 * state[0]
+        command.torque[0] = 1e-4 * state.count
         command.torque[1] = 1e-4 * signal.time / signal.period
-        command.torque[2] = 1e-4 * state[1]
-        state[0] += 1.0
-        state[1] = signal.time / signal.period
+        command.torque[2] = 1e-4 * state.last
+        state.count += 1.0
+        state.last = signal.time / signal.period
 
     def initial_state(self):
-        return np.array([7.0, 3.0])
+        return {"last": np.float64(3.0)}
 
 
 @pytest.mark.parametrize("samples", [None, 1, 64])
@@ -412,7 +412,7 @@ WRONG = {
     "returns the torque": ("return 0.1 * signal.error", "t = 0 s", "torque"),
     "index out of range": (GOOD + "\ncommand.torque[0] = signal.error[3]", "t = 0 s", "out of bounds"),
     "index out of range later": (LATE + "command.torque[0] = signal.error[i + 1]", "t = 0.021 s", "out of bounds"),
-    "more state than it has": (GOOD + "\nstate[1] = 1.0", "t = 0 s", "out of bounds"),
+    "more state than it has": (GOOD + "\nstate.more = 1.0", "t = 0 s", "more"),
     "divides by zero later": (LATE + "command.torque[0] = 1.0 / (signal.time - signal.time)", "t = 0.021 s", ""),
     "unknown parameter": ("command.torque[0] = parameters.gian", "t = 0 s", "gian"),
 }
@@ -498,10 +498,14 @@ def test_plain_python_compiles_and_agrees(nominal, engine, tmp_path, step, extra
 
 
 PARAMETERS = """
+from spherical_wrist.control import choice
+Mode = Literal["a", "b", "c"]
+B, C = choice(Mode, "b"), choice(Mode, "c")
+
 class Base(Law):
     number: float = 0.25
     flag: bool = True
-    mode: Literal["a", "b", "c"] = "c"
+    mode: Mode = "c"
     vector: tuple[float, float, float] = (1.0, 2.0, 3.0)
     matrix: tuple[tuple[float, float], tuple[float, float]] = ((1.0, 2.0), (3.0, 4.0))
 """
@@ -509,10 +513,10 @@ class Base(Law):
 
 @pytest.mark.parametrize("engine_name", ["compiled", "interpreted"])
 def test_parameters_of_every_kind_reach_the_step(nominal, engine, tmp_path, engine_name):
-    """Numbers, booleans, choices as their index, tuples and nested tuples as arrays; of the law, not of its class."""
+    """Numbers, booleans, choices by name, tuples and nested tuples as arrays; of the law, not of its class."""
     runner = engine if engine_name == "compiled" else interpreted_engine()
     step = (
-        "p = parameters\ncommand.torque[0] = 0.01 * (p.number + 10.0 * p.flag + p.mode)\n"
+        "p = parameters\ncommand.torque[0] = 0.01 * (p.number + 10.0 * p.flag + 2.0 * (p.mode == C) + (p.mode == B))\n"
         "command.torque[1] = 0.01 * p.vector[2]\ncommand.torque[2] = 0.01 * p.matrix[1][0] + 0.001 * p.matrix[0, 1]"
     )
     extra = PARAMETERS + "\nLaw = Base\n"  # the class that law_of writes then derives from it
@@ -543,15 +547,103 @@ def test_parameters_that_no_step_can_see_are_named(nominal, engine, tmp_path, fi
     assert field.partition(":")[0] in message
 
 
-def test_an_initial_state_of_another_size_is_refused(nominal, engine, tmp_path):
+STATES = {
+    "another shape": ("pull: tuple[float, ...] = (0.0,) * 4", "return {'pull': np.ones(3)}", "shape (3,)"),
+    "another name": ("pull: float = 0.0", "return {'pul': 1.0}", "did you mean 'pull'"),
+    "not a number": ("pull: float = 0.0", "return {'pull': np.nan}", "finite"),
+}
+
+
+@pytest.mark.parametrize(("field", "initial", "said"), STATES.values(), ids=STATES)
+def test_an_initial_state_that_is_not_the_declared_one_is_refused(nominal, engine, tmp_path, field, initial, said):
     """It must not be repeated or cut silently."""
     extra = (
-        "class Base(Law):\n    state_size = 4\n    def initial_state(self):\n        return np.ones(3)\nLaw = Base\n"
+        "from spherical_wrist.control import LawState\nclass Base(Law):\n"
+        f"    class State(LawState):\n        {field}\n    def initial_state(self):\n        {initial}\nLaw = Base\n"
     )
     law = law_of(tmp_path, GOOD, extra)
     with pytest.raises(LawError) as caught:
         loop(law(), nominal, engine)
-    assert "state" in one_line(caught.value)
+    assert "initial state" in one_line(caught.value)
+    assert said in str(caught.value)
+
+
+UNNAMED = {
+    "by its size": ("state_size = 3", "class State(LawState)"),
+    "in a plain class": ("class State: pull = 0.0", "class State(LawState)"),
+    "without an initial value": ("class State(LawState): pull: float", "initial values"),
+    "as text": ("class State(LawState): pull: str = 'a'", "numbers"),
+    "with a name of records": ("class State(LawState): mean: float = 0.0", "take another name"),
+}
+
+
+@pytest.mark.parametrize(("declared", "said"), UNNAMED.values(), ids=UNNAMED)
+def test_a_state_that_is_not_declared_by_name_is_refused_with_advice(tmp_path, declared, said):
+    extra = f"from spherical_wrist.control import LawState\nclass Base(Law):\n    {declared}\nLaw = Base\n"
+    with pytest.raises(LawError) as caught:
+        law_of(tmp_path, GOOD, extra)
+    assert said in one_line(caught.value)
+
+
+@pytest.mark.parametrize("engine_name", ["compiled", "interpreted"])
+def test_a_state_of_every_shape_is_named_and_kept(nominal, engine, tmp_path, engine_name):
+    runner = engine if engine_name == "compiled" else interpreted_engine()
+    extra = (
+        "from spherical_wrist.control import LawState\n"
+        "class Base(Law):\n    class State(LawState):\n        number: float = 0.5\n        on: bool = True\n"
+        "        vector: tuple[float, float, float] = (1.0, 2.0, 3.0)\n"
+        "        matrix: tuple[tuple[float, float], ...] = ((1.0, 2.0),) * 3\nLaw = Base\n"
+    )
+    step = GOOD + (
+        "\nfor i in range(3):\n    state.vector[i] += 1.0\n    for j in range(2):\n        state.matrix[i, j] *= 2.0\n"
+        "state.number += state.on"
+    )
+    law = law_of(tmp_path, step, extra)
+    assert law.state_names() == (
+        "number", "on", "vector_x", "vector_y", "vector_z",
+        "matrix_x_0", "matrix_x_1", "matrix_y_0", "matrix_y_1", "matrix_z_0", "matrix_z_1",
+    )  # fmt: skip
+    assert law.state_size == len(law.state_units()) == 11
+    run = finished(loop(law(), nominal, runner, duration=0.003))
+    np.testing.assert_array_equal(run.law_state[0], [0.5, 1, 1, 2, 3, 1, 2, 1, 2, 1, 2])
+    np.testing.assert_array_equal(run.law_state[2], [2.5, 1, 3, 4, 5, 4, 8, 4, 8, 4, 8])
+
+
+@pytest.mark.parametrize("engine_name", ["compiled", "interpreted"])
+def test_the_order_of_the_choices_of_a_parameter_changes_no_bit(nominal, engine, tmp_path, engine_name):
+    runner = engine if engine_name == "compiled" else interpreted_engine()
+    runs = []
+    for number, mode in enumerate(('Literal["rough", "fine"]', 'Literal["fine", "new", "rough"]')):
+        extra = (
+            f"from spherical_wrist.control import choice\nMode = {mode}\nFINE = choice(Mode, 'fine')\n"
+            "class Base(Law):\n    mode: Mode = 'fine'\nLaw = Base\n"
+        )
+        step = GOOD + "\ncommand.torque[0] = 0.01 if parameters.mode == FINE else 0.02"
+        law = law_of(tmp_path, step, extra, name=f"ordered{number}")
+        runs.append([finished(loop(law(mode=mode), nominal, runner, duration=0.01)) for mode in ("fine", "rough")])
+    for one, other in zip(*runs, strict=True):
+        assert one.torque.tobytes() == other.torque.tobytes()
+    assert [run.torque[0, 0] for run in runs[0]] == pytest.approx([0.01, 0.02])
+
+
+def test_a_choice_that_is_none_is_refused(tmp_path):
+    with pytest.raises(LawError, match="unknown choice 'fien'; did you mean 'fine'"):
+        law_of(
+            tmp_path, GOOD, "from spherical_wrist.control import choice\nX = choice(Literal['fine', 'rough'], 'fien')"
+        )
+
+
+@pytest.mark.parametrize(
+    ("step", "extra", "said"),
+    [
+        ("command.surface[0] = 1.0", "", "declare has_surface = True"),
+        ("", "class Base(Law):\n    has_surface = True\nLaw = Base\n", "write command.surface and command.slope"),
+    ],
+)
+def test_a_surface_that_is_written_is_declared(nominal, engine, tmp_path, step, extra, said):
+    law = law_of(tmp_path, f"{GOOD}\n{step}", extra)
+    with pytest.raises(LawError, match=said):
+        loop(law(), nominal, engine)
 
 
 # --- the cache on disk
@@ -563,7 +655,7 @@ import numpy as np
 from spherical_wrist.control import Law
 from spherical_wrist.control.contract import COMMAND, SIGNAL
 from spherical_wrist.user_file import member_from_file
-from spherical_wrist.simulation.compiler import compiled_law
+from spherical_wrist.loop.compiler import compiled_law
 
 def torque(law):
     signal, command = np.zeros(1, SIGNAL), np.zeros(1, COMMAND)
@@ -613,13 +705,14 @@ LAWS = {
     "constant by way of a module": ("import passed_on", "passed_on.K"),
     "constant in a package": ("import package.part", "package.part.K"),
     "default of an argument": ("from default import f", "f()"),
+    "array that it allocates": ("import numpy as np", "np.full(2, {number})[1]"),
     "member of an enumeration": ("from choice import Choice", "float(Choice.GAIN.value)"),
 }
 
 
 @pytest.fixture(scope="module")
 def processes(tmp_path_factory: pytest.TempPathFactory) -> list[tuple[dict[str, float], int]]:
-    """What the laws answer in three fresh processes that share a cache, and how many compiled files it then has.
+    """Return the answers of the laws in three fresh processes that share a cache, and its number of files.
 
     Every helper is edited before the second; nothing before the third.
     """
@@ -627,7 +720,7 @@ def processes(tmp_path_factory: pytest.TempPathFactory) -> list[tuple[dict[str, 
     (folder / "laws" / "package").mkdir(parents=True)
     environment = {
         **os.environ,
-        "NUMBA_CACHE_DIR": str(folder / "cache"),
+        "WRIST_CACHE_DIR": str(folder / "cache"),
         "PYTHONPATH": os.pathsep.join(sys.path),
         "PYTHONDONTWRITEBYTECODE": "1",  # Python's own cache compares times, and the edits come within a second
     }
@@ -642,7 +735,7 @@ def processes(tmp_path_factory: pytest.TempPathFactory) -> list[tuple[dict[str, 
             [sys.executable, "-c", READ], cwd=folder, env=environment, capture_output=True, text=True, check=False
         )
         assert done.returncode == 0, done.stderr
-        return json.loads(done.stdout), len(list((folder / "cache").rglob("*.nbc")))
+        return json.loads(done.stdout), len(list((folder / "cache").glob("*.object")))
 
     return [answers(3.0, "error"), answers(5.0, "rate_error"), answers(5.0, "rate_error")]
 

@@ -9,14 +9,15 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from bench import RigidBody, mjcf, one_line, states
+from rigs import RigidBody, mjcf, one_line, states
 from spherical_wrist import Experiment, WristError, load_recording, record, simulate
 from spherical_wrist.control import Law
 from spherical_wrist.control.sliding_surface import SlidingSurfaceLaw
-from spherical_wrist.lyapunov import monitor, reaching
-from spherical_wrist.lyapunov.motion import acceleration, error_derivative, inertia, surface_motion
+from spherical_wrist.loop.outcome import Status
+from spherical_wrist.paper.lyapunov import monitor, reaching
+from spherical_wrist.paper.lyapunov.motion import acceleration, error_derivative, inertia, surface_motion
+from spherical_wrist.prepare.plant import plant_of
 from spherical_wrist.reference import Lissajous
-from spherical_wrist.simulation.outcome import Status
 
 T = 1e-3
 LAWS = ["sliding_mode", "sliding_computed_torque", "fuzzy_sliding_computed_torque"]
@@ -74,7 +75,7 @@ def test_inertia_is_constant_and_the_coriolis_matrix_skew_equation_36(tmp_path):
     """Sᵀ (Ḣ − 2 N) S = 0 with N(ω) ω = ω × H ω, N(ω) = −[H ω]×: MuJoCo's own H and bias, without symmetry."""
     file = tmp_path / "skew.xml"
     file.write_text(mjcf())
-    wrist, random = Experiment(model=file).plant(), np.random.default_rng(1)
+    wrist, random = plant_of(Experiment(model=file)), np.random.default_rng(1)
     model, H = wrist.model, inertia(wrist)
     model.opt.gravity[:] = 0.0
     data, there = mujoco.MjData(model), np.empty((3, 3))
@@ -118,7 +119,7 @@ def test_rate_of_v_is_its_numerical_derivative_equations_37_and_39(law, case):
 
 
 def inertia_from_bodies(experiment):
-    return RigidBody.of(Experiment(**experiment).plant()).inertia
+    return RigidBody.of(plant_of(Experiment(**experiment))).inertia
 
 
 @pytest.mark.parametrize("law", LAWS[:2])
@@ -193,7 +194,7 @@ def test_mismatch_of_a_wrong_model_is_its_error_equations_38_to_41():
     experiment = Experiment(law={"name": "sliding_mode", "prediction": False}, duration=3.0, **ROUGH)
     run, eta = simulate(experiment), 1e-3
     seen = monitor(run, eta)
-    believed, true = RigidBody.of(experiment.nominal()), RigidBody.of(experiment.plant())
+    believed, true = RigidBody.of(experiment.nominal()), RigidBody.of(plant_of(experiment))
     motion = Lissajous().motion(run.time)
     for k in range(0, len(run), 37):
         R = Rotation.from_quat(run.attitude[k], scalar_first=True).inv() * Rotation.from_quat(
@@ -380,6 +381,8 @@ def test_a_law_without_a_surface_is_refused(law, of):
 
 def test_a_law_without_a_switching_gain_is_refused():
     class Sheet(Law):
+        has_surface = True
+
         @staticmethod
         def step(signal, parameters, state, command):
             for i in range(3):

@@ -1,4 +1,4 @@
-"""What travels in the wheel."""
+"""Contents of the wheel."""
 
 import subprocess
 import sys
@@ -19,5 +19,7 @@ def test_the_wheel_carries_the_model_and_the_command(tmp_path):
         assert b"wrist = spherical_wrist.cli:main" in archive.read(points)
     assert model == (ROOT / "models" / "wrist.xml").read_bytes()
     assert not [name for name in names if name.startswith(("tests", "scripts")) or "__pycache__" in name]
-    package = {str(path.relative_to(ROOT / "src")) for path in (ROOT / "src" / "spherical_wrist").rglob("*.py")}
+    files = [path for path in (ROOT / "src" / "spherical_wrist").rglob("*.*") if path.is_file()]
+    package = {str(path.relative_to(ROOT / "src")) for path in files if "__pycache__" not in path.parts}
+    assert "spherical_wrist/report/templates/page.html" in package
     assert package <= set(names)

@@ -11,10 +11,10 @@ from matplotlib.image import imread
 from spherical_wrist import Experiment, load_recording, simulate
 from spherical_wrist.errors import RecordingError
 from spherical_wrist.inspection import inspect
-from spherical_wrist.paper import claims, setting
-from spherical_wrist.paper.evaluation import Case, experiment
-from spherical_wrist.paper.findings import Verdict
-from spherical_wrist.paper.report import regenerate
+from spherical_wrist.paper.evaluation import claims, setting
+from spherical_wrist.paper.evaluation.report import regenerate
+from spherical_wrist.paper.evaluation.runs import Case, experiment
+from spherical_wrist.paper.evaluation.verdict import Verdict
 
 
 @pytest.fixture(scope="module")

@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from bench import GRAVITY, RigidBody, mjcf, states, wrist_of
-from spherical_wrist.plant import Perturbation, perturbed
-from spherical_wrist.simulation.physics import physics_model
+from rigs import GRAVITY, RigidBody, mjcf, states, wrist_of
+from spherical_wrist.prepare.physics import physics_model
+from spherical_wrist.prepare.plant import Perturbation, perturbed
 from spherical_wrist.wrist import Wrist
 
 FIXED = '<inertial pos="0.01 0 0" mass="0.1" diaginertia="1e-4 2e-4 2.5e-4" euler="0.3 0.2 0.1"/>'

@@ -16,18 +16,20 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
+from rigs import OPTIONAL, bits, channel_names, random_channels
 from spherical_wrist import files
 from spherical_wrist.actuation import Ideal as IdealActuation
 from spherical_wrist.actuation import SphericalMotor
+from spherical_wrist.channels import Condition, Place
 from spherical_wrist.errors import RecordingError
-from spherical_wrist.plant import Perturbation, perturbed
-from spherical_wrist.recording import read_recording, summary, write_recording
+from spherical_wrist.measure.series import Series
+from spherical_wrist.prepare.plant import Perturbation, perturbed
+from spherical_wrist.recording import metrics_text as summary
+from spherical_wrist.recording import read_recording, write_recording
+from spherical_wrist.recording.experiment_text import experiment_text, title
 from spherical_wrist.recording.geometry import visible_geoms
-from spherical_wrist.recording.hardware import hardware_curves
-from spherical_wrist.recording.layout import HARDWARE
-from spherical_wrist.recording.plots import limits, plotted
+from spherical_wrist.recording.plots import limits
 from spherical_wrist.sensing import Ideal
-from spherical_wrist.simulation.series import COLUMNS, EXTRAS, WIDTHS, Series
 from spherical_wrist.wrist import Wrist
 
 WRIST = Wrist.load()
@@ -49,27 +51,25 @@ PROPERTIES = {
 
 def series_of(rows: int, seed: int = 0, surface: bool = True) -> Series:
     generator = np.random.default_rng(seed)
-    arrays = {name: generator.normal(size=(rows, width) if width else rows) for name, width in WIDTHS.items()}
-    arrays["time"] = 1e-3 * np.arange(rows)
-    for name in ("attitude", "desired_attitude"):
-        arrays[name] /= np.linalg.norm(arrays[name], axis=1, keepdims=True)
-    if not surface:
-        arrays["surface"][:] = arrays["slope"][:] = np.nan
-    return Series(**arrays)
+    names = channel_names(Condition.SURFACE) if surface else channel_names()
+    return Series(channels=random_channels(generator, rows, names))
 
 
 SENSED, DRIVEN, COILS = ("measured_attitude", "measured_rate"), ("commanded_torque",), ("current", "condition")
-HARDWARES = [(), SENSED, DRIVEN, DRIVEN + COILS, SENSED + DRIVEN + COILS, ("law_state", *SENSED), EXTRAS]
+HARDWARES = [(), SENSED, DRIVEN, DRIVEN + COILS, SENSED + DRIVEN + COILS, ("law_state", *SENSED), OPTIONAL]
 
 
-def with_extras(rows: int, names: tuple[str, ...], seed: int = 1) -> Series:
+def with_extras(rows: int, names: tuple[str, ...], seed: int = 1, surface: bool = True) -> Series:
     """A series with these of its extras."""
     generator = np.random.default_rng(seed)
-    widths = {"law_state": 5, "measured_attitude": 4, "measured_rate": 3, "commanded_torque": 3, "current": 24}
-    extras = {name: generator.normal(size=(rows, widths.get(name, 1))) for name in names}
-    if "measured_attitude" in extras:
-        extras["measured_attitude"] /= np.linalg.norm(extras["measured_attitude"], axis=1, keepdims=True)
-    return Series(**series_of(rows).arrays() | extras)
+    return series_of(rows, surface=surface).replaced(**random_channels(generator, rows, names, law_state=5))
+
+
+HARDWARE = {plot.name for plot in with_extras(1, OPTIONAL).plots() if plot.channel.place is Place.HARDWARE}
+
+
+def curves_of(series: Series) -> dict[str, np.ndarray]:
+    return {plot.name: plot.curves for plot in series.plots()}
 
 
 def entities_of(path: Path) -> set[str]:
@@ -78,10 +78,6 @@ def entities_of(path: Path) -> set[str]:
 
 def names_in(folder: Path) -> list[str]:
     return sorted(path.name for path in folder.iterdir())
-
-
-def bits(series: Series) -> dict[str, bytes]:
-    return {name: array.tobytes() for name, array in series.arrays().items()}
 
 
 @pytest.fixture
@@ -105,8 +101,8 @@ def test_arrays_come_back_bit_for_bit(tmp_path, rows, surface):
     write_recording(tmp_path / "run.rrd", series, WRIST, PROPERTIES, every=3)
     back = read_recording(tmp_path / "run.rrd")
     assert bits(back.series) == bits(series)
-    assert all(getattr(back.series, name).dtype == np.float64 for name in COLUMNS)
-    assert all(getattr(back.series, name).shape == getattr(series, name).shape for name in COLUMNS)
+    assert all(array.dtype == np.float64 for array in back.series.channels.values())
+    assert all(array.shape == series.channels[name].shape for name, array in back.series.channels.items())
     assert back.every == 3
 
 
@@ -128,20 +124,20 @@ def test_what_hardware_does_comes_back_bit_for_bit(tmp_path, rows, names):
     write_recording(tmp_path / "run.rrd", series, WRIST, PROPERTIES)
     back = read_recording(tmp_path / "run.rrd").series
     assert bits(back) == bits(series)
-    shapes = {name: array.shape for name, array in series.arrays().items()}
-    assert {name: array.shape for name, array in back.arrays().items()} == shapes
+    shapes = {name: array.shape for name, array in series.channels.items()}
+    assert {name: array.shape for name, array in back.channels.items()} == shapes
 
 
 @pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf, 1e300, 5e-324])
 def test_any_value_of_what_hardware_does_comes_back(tmp_path, value):
     """A map without rank has an infinite condition number, and the last rows of a divergence hold anything."""
-    series = with_extras(20, EXTRAS)
-    for name in EXTRAS:
+    series = with_extras(20, OPTIONAL)
+    for name in OPTIONAL:
         getattr(series, name)[7:] = value
     series.attitude[9:], series.torque[9:], series.rate[9:] = value, value, value
     write_recording(tmp_path / "run.rrd", series, WRIST, {})
     assert bits(read_recording(tmp_path / "run.rrd").series) == bits(series)
-    for name in EXTRAS:
+    for name in OPTIONAL:
         getattr(series, name)[:] = value
     write_recording(tmp_path / "run.rrd", series, WRIST, {})
     assert bits(read_recording(tmp_path / "run.rrd").series) == bits(series)
@@ -184,7 +180,7 @@ def test_an_array_that_is_partly_nan_is_stored_and_plotted(tmp_path):
     series.surface[3] = np.nan
     write_recording(tmp_path / "run.rrd", series, WRIST, {})
     assert bits(read_recording(tmp_path / "run.rrd").series) == bits(series)
-    assert "surface" in plotted({name: getattr(series, name) for name in COLUMNS})
+    assert "surface" in {plot.name for plot in series.plots()}
 
 
 def test_a_diverged_run_is_recorded(tmp_path):
@@ -288,12 +284,12 @@ def test_limits_of_a_constant(value):
 
 
 def test_text_says_what_matters():
-    text = summary.experiment_text(PROPERTIES) + summary.metrics_text(PROPERTIES, 50, 4)
+    text = experiment_text(PROPERTIES["experiment"]) + summary.metrics_text(PROPERTIES, 50, 4)
     for part in ("**pd**", "lissajous", "constant", "level 0.3", "seed | 7", "diverged", "rad", "every 4th", "50 rows"):
         assert part in text
-    assert "RMS error | **0.3333** rad" in text
-    assert summary.title(PROPERTIES) == "pd · lissajous"
-    assert summary.title({}) == "wrist"
+    assert "attitude error, RMS | **0.3333** rad" in text
+    assert title(PROPERTIES["experiment"]) == "pd · lissajous"
+    assert title({}) == "wrist"
 
 
 @pytest.mark.parametrize(
@@ -303,80 +299,76 @@ def test_text_says_what_matters():
         (SENSED, {"sensed_attitude", "sensed_rate"}),
         (DRIVEN, {"made_torque"}),
         (DRIVEN + COILS, {"made_torque", "current", "condition"}),
-        (EXTRAS, set(HARDWARE)),
+        (OPTIONAL, HARDWARE | {"law_state"}),
     ],
     ids=["ideal", "sensors", "motors", "coils", "all"],
 )
 @pytest.mark.parametrize("surface", [True, False])
 def test_hardware_has_plots_where_it_is_not_ideal_and_only_there(tmp_path, names, plots, surface):
-    series = with_extras(30, names)
-    if not surface:
-        series.surface[:] = series.slope[:] = np.nan
+    series = with_extras(30, names, surface=surface)
     write_recording(tmp_path / "run.rrd", series, WRIST, PROPERTIES)
     found = {entity.removeprefix("/plots/") for entity in entities_of(tmp_path / "run.rrd") if "/plots/" in entity}
-    assert found & set(HARDWARE) == plots
+    assert found - {"error", "rate_error", "surface", "slope", "torque", "disturbance"} == plots
     assert ("surface" in found) == surface
 
 
 def test_curves_of_hardware():
     """log(q⁻¹ q_m) by SciPy, whatever the signs of the quaternions; what is made less what is asked."""
-    series = with_extras(500, EXTRAS)
-    curves = hardware_curves(series.arrays())
+    series = with_extras(500, OPTIONAL)
+    curves = curves_of(series)
     true, seen = (Rotation.from_quat(q, scalar_first=True) for q in (series.attitude, series.measured_attitude))
     np.testing.assert_allclose(curves["sensed_attitude"], (true.inv() * seen).as_rotvec(), atol=1e-12)
     series.measured_attitude[::3] *= -1.0
-    np.testing.assert_allclose(
-        hardware_curves(series.arrays())["sensed_attitude"], curves["sensed_attitude"], atol=1e-12
-    )
+    np.testing.assert_allclose(curves_of(series)["sensed_attitude"], curves["sensed_attitude"], atol=1e-12)
     series.measured_attitude[:] = series.attitude
-    np.testing.assert_allclose(hardware_curves(series.arrays())["sensed_attitude"], 0.0, atol=1e-15)
+    np.testing.assert_allclose(curves_of(series)["sensed_attitude"], 0.0, atol=1e-15)
     np.testing.assert_array_equal(curves["sensed_rate"], series.measured_rate - series.rate)
     np.testing.assert_array_equal(curves["made_torque"], series.torque - series.commanded_torque)
     np.testing.assert_array_equal(curves["current"], series.current)
-    assert hardware_curves(series_of(5).arrays()) == {}
+    assert not HARDWARE & curves_of(series_of(5)).keys()
 
 
 def test_plots_of_hardware_cost_ideal_runs_nothing(tmp_path):
     """10 s at 1 kHz stay below 5 MB, and with all of it recorded below 10 MB; noise, nothing for a compressor."""
     sizes = {}
-    for names in ((), EXTRAS):
+    for names in ((), OPTIONAL):
         write_recording(tmp_path / "run.rrd", with_extras(10_000, names), WRIST, PROPERTIES)
         sizes[names] = (tmp_path / "run.rrd").stat().st_size
     assert sizes[()] < 5e6
-    assert sizes[EXTRAS] < 10e6
+    assert sizes[OPTIONAL] < 10e6
 
 
 def test_text_says_what_faults_the_hardware_has():
     """With units; what is zero, or says nothing without another fault, is left out, as are ideal sensors and motors."""
     ideal = {"sensing": Ideal().model_dump(mode="json"), "actuation": IdealActuation().model_dump(mode="json")}
-    text = summary.experiment_text({"experiment": ideal | {"friction": 1e-3}})
+    text = experiment_text(ideal | {"friction": 1e-3})
     assert "friction | 0.001 N·m" in text
     assert "sensing" not in text
     assert "actuation" not in text
     late = {"sensing": Ideal(delay=0.002, rate_bias=0.1).model_dump(mode="json")}
-    text = summary.experiment_text({"experiment": ideal | late})
+    text = experiment_text(ideal | late)
     assert "| sensing | **ideal** but for rate bias 0.1 rad/s |\n|  | delay 0.002 s |\n|  | timestamped yes |\n" in text
     assert "noise" not in text
     motor = {"actuation": SphericalMotor(failed=[3, 5], cogging=1e-3).model_dump(mode="json")}
-    text = summary.experiment_text({"experiment": ideal | motor})
+    text = experiment_text(ideal | motor)
     faults = ("failed | 3, 5", "failure known | no", "detents | 8", "resistance | 2.5 Ω", "cogging | 0.001 N·m")
     for line in ("actuation | **spherical_motor**", *(f"actuation: {fault}" for fault in faults)):
         assert f"| {line} |" in text
     assert "lag" not in text
     plain = {"actuation": SphericalMotor().model_dump(mode="json")}
-    text = summary.experiment_text({"experiment": ideal | plain})
+    text = experiment_text(ideal | plain)
     assert "failure known" not in text
     assert "detents" not in text
     strange = {"sensing": {"name": "from a later version", "delay": 1.0, "glare": 3.0}}
-    assert "sensing: glare | 3" in summary.experiment_text({"experiment": strange})
+    assert "sensing: glare | 3" in experiment_text(strange)
 
 
 def test_text_has_figures_of_coils_where_there_are_coils():
-    figures = {"rms_error_rad": 1e-3, "copper_loss_W": None, "peak_current_A": None, "max_condition_number": None}
+    figures = {"rms_error_rad": 1e-3}
     assert "copper" not in summary.metrics_text({"metrics": figures}, 10, 1)
-    figures |= {"copper_loss_W": 3.75, "peak_current_A": 1.25}
+    figures |= {"copper_loss_W": 3.75, "peak_current_A": 1.25, "max_condition_number": None}
     text = summary.metrics_text({"metrics": figures}, 10, 1)
-    for line in ("copper loss | **3.75** W", "peak current | **1.25** A", "max condition number | –"):
+    for line in ("copper loss | **3.75** W", "coil current, peak | **1.25** A", "condition number, largest | –"):
         assert f"| {line} |" in text
 
 
@@ -491,11 +483,10 @@ def test_a_link_is_written_through(recording, tmp_path):
 def test_series_that_cannot_be_recorded(tmp_path):
     with pytest.raises(RecordingError, match="without rows"):
         write_recording(tmp_path / "run.rrd", Series.empty(), WRIST, {})
-    arrays = {name: getattr(series_of(5), name) for name in COLUMNS}
     with pytest.raises(RecordingError, match="'tip' of the series has shape"):
-        write_recording(tmp_path / "run.rrd", Series(**{**arrays, "tip": np.zeros((4, 3))}), WRIST, {})
+        write_recording(tmp_path / "run.rrd", series_of(5).replaced(tip=np.zeros((4, 3))), WRIST, {})
     with pytest.raises(RecordingError, match="not finite"):
-        write_recording(tmp_path / "run.rrd", Series(**{**arrays, "time": np.full(5, np.nan)}), WRIST, {})
+        write_recording(tmp_path / "run.rrd", series_of(5).replaced(time=np.full(5, np.nan)), WRIST, {})
     with pytest.raises(ValueError, match="seal"):
         write_recording(tmp_path / "run.rrd", series_of(5), WRIST, {"seal": {}})
     assert names_in(tmp_path) == []

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from bench import one_line
+from rigs import one_line
 from spherical_wrist.errors import ParameterError
 from spherical_wrist.parameters import unit_of
 from spherical_wrist.reference import (

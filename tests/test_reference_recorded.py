@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from bench import one_line
+from rigs import one_line
 from spherical_wrist import Experiment, WristError
 from spherical_wrist.errors import ParameterError, UnknownNameError
 from spherical_wrist.experiment.description import with_changes

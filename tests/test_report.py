@@ -12,14 +12,15 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from bench import one_line
+from rigs import one_line
 from spherical_wrist.campaign.cluster import Cluster
 from spherical_wrist.campaign.description import Campaign
 from spherical_wrist.campaign.errors import CampaignError
-from spherical_wrist.campaign.folder import Folder, held
-from spherical_wrist.campaign.store import METRICS, encoded
+from spherical_wrist.campaign.folder import Folder, campaign_lock
+from spherical_wrist.campaign.store import encode_rows
 from spherical_wrist.campaign.sweep import Listener, sweep
 from spherical_wrist.errors import ParameterError, WristError
+from spherical_wrist.measure.metrics import METRICS
 from spherical_wrist.report.findings import findings
 from spherical_wrist.report.intervals import above_worst, quantile_ranks, rank_correlation, wilson
 from spherical_wrist.report.page import page
@@ -56,7 +57,7 @@ def handmade(path, text, row_of, batches=None):
     """A campaign whose episodes never ran: ``row_of`` gives what the row of each has besides the design."""
     file = path.with_suffix(".toml")
     file.write_text(text)
-    with held(path):
+    with campaign_lock(path):
         folder = Folder.create(path, file, Campaign.from_toml(file))
     files = folder.files
     for number in range(files.count if batches is None else batches):
@@ -66,7 +67,7 @@ def handmade(path, text, row_of, batches=None):
             row = {"id": episode.id, "sample": episode.sample, "law": episode.law, "seed": episode.seed}
             row |= {"outcome": "completed", "ended_at_s": 0.1, "reason": "", **dict.fromkeys(METRICS)}
             rows.append(row | episode.values | row_of(episode))
-        files.path(batch).write_bytes(encoded(folder.campaign, folder.digest, folder.versions, rows))
+        files.path(batch).write_bytes(encode_rows(folder.campaign, folder.digest, folder.versions, rows))
     return folder
 
 
@@ -375,7 +376,7 @@ def test_the_worst_are_the_lost_ones_then_the_largest_errors(tmp_path):
     assert shlex.split(overall[3]["command"]) == [
         *("wrist", "sweep", str(tmp_path / "my camp"), "--replay", str(sizes[0]), "-o", f"episode-{sizes[0]}.rrd")
     ]
-    stored = folder.episodes().one(sizes[0])
+    stored = folder.files.row(sizes[0])
     assert overall[3]["parameters"] == {name: stored[name] for name in ("mass_scale", "payload", "disturbance.name")}
 
 
@@ -508,7 +509,7 @@ def test_the_figures_of_the_page_are_those_of_the_json(told, shown):
     for row in (row for rows in found["sensitivity"].values() for row in rows):
         assert row["sobol"]["value"] in shown
     for row in found["worst"]["overall"]:
-        assert row["command"].replace("'", "&#x27;") in text
+        assert row["command"].replace("'", "&#39;") in text
 
 
 @pytest.mark.parametrize(
@@ -532,14 +533,22 @@ def test_shares_are_written_so_that_almost_all_is_not_all():
 
 
 def test_what_comes_from_outside_is_escaped(tmp_path):
-    head = 'samples = 40\ndesign = "random"\n[laws]\n"<i>a&b</i>" = "pd"\n"\\"q\\"" = "computed_torque"\n'
+    """Labels of laws, the folder's name, the campaign file, names of damaged files and reasons of failures."""
+    head = 'samples = 40  # <b>\ndesign = "random"\n[laws]\n"<i>a&b</i>" = "pd"\n"\\"q\\"" = "computed_torque"\n'
     text = TEXT.format(samples=40, design="random")
-    folder = handmade(tmp_path / "<x>&y", head + text[text.index("[experiment]") :], lambda e: figures(1e-3 + e.id))
-    shown = page(*findings(folder, 0.1))
-    assert "<i>" not in shown
-    assert "<x>" not in shown
+
+    def row_of(episode):
+        return LOST | {"reason": "<u>lost</u>"} if episode.id == 3 else figures(1e-3 + episode.id)
+
+    folder = handmade(tmp_path / "<x>&y", head + text[text.index("[experiment]") :], row_of)
+    summary, curves = findings(folder, 0.1)
+    shown = page({**summary, "odd": ["<em>.parquet is damaged"]}, curves)
+    well_formed(shown)
+    for element in ("b", "i", "x", "u", "em"):
+        assert f"<{element}>" not in shown.replace("<div><b>", "")  # the cards have it
+        assert f"&lt;{element}&gt;" in shown
     assert "&lt;i&gt;a&amp;b&lt;/i&gt;" in shown
-    assert well_formed(shown)
+    assert "&#34;q&#34;" in shown
 
 
 def test_a_picture_in_the_page_takes_its_colours_and_keeps_its_text():
@@ -584,7 +593,7 @@ def test_the_command_writes_the_page_and_prints_the_same_as_json(wrist, told, sh
 def test_an_episode_replayed_as_the_report_says_is_the_stored_one(wrist, tmp_path):
     file = tmp_path / "tiny.toml"
     file.write_text(TEXT.format(samples=6, design="random"))
-    with held(tmp_path / "tiny"):
+    with campaign_lock(tmp_path / "tiny"):
         folder = Folder.create(tmp_path / "tiny", file, Campaign.from_toml(file))
         sweep(folder, Cluster(workers=0, threads=1), Listener())
     code, out, _ = wrist("report", "tiny", "--json")

@@ -10,7 +10,7 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import expm, solve_continuous_lyapunov
 from scipy.spatial.transform import Rotation
 
-from bench import RigidBody, finished, loop, states
+from rigs import RigidBody, finished, loop, named_state, state_of, states
 from spherical_wrist import Experiment, simulate
 from spherical_wrist.control import (
     BoundaryLayerSlidingMode,
@@ -21,29 +21,23 @@ from spherical_wrist.control import (
     SlotineLi,
     SuperTwisting,
     TimeDelayControl,
+    choice,
 )
 from spherical_wrist.control.contract import COMMAND, SIGNAL
-from spherical_wrist.control.geometric_tracking import error_vector
-from spherical_wrist.control.slotine_li import CONSTANT, deviation_torque, up_after
+from spherical_wrist.control.geometric_tracking import HALF_ANGLE, AttitudeError, error_vector
+from spherical_wrist.control.slotine_li import deviation_torque, up_after
 from spherical_wrist.control.torque_limit import integrated
-from spherical_wrist.plant import Perturbation, perturbed
+from spherical_wrist.experiment.perturbation import Start
+from spherical_wrist.loop.engine import interpreted_step
+from spherical_wrist.loop.outcome import Status
+from spherical_wrist.prepare.plant import Perturbation, perturbed, plant_of
 from spherical_wrist.reference import Hold
-from spherical_wrist.simulation.closed_loop import Start
-from spherical_wrist.simulation.engine import interpreted_step
-from spherical_wrist.simulation.outcome import Status
 from test_laws import SWITCHING, signals
 
-RIVALS = {
-    "boundary_layer_sliding_mode",
-    "computed_torque_integral",
-    "computed_torque_observer",
-    "geometric_tracking",
-    "slotine_li",
-    "super_twisting",
-    "time_delay_control",
-}
+RIVALS = sorted(name for name, law in Law.members.items() if law.status == "rival")
 T = 1e-3
-every_rival = pytest.mark.parametrize("name", sorted(RIVALS))
+SINE = choice(AttitudeError, "sine")
+every_rival = pytest.mark.parametrize("name", RIVALS)
 
 
 def rival(name, **changes):
@@ -51,8 +45,8 @@ def rival(name, **changes):
 
 
 def made(law, given_signals):
-    """Torques, surfaces and states after each step of a law, one row a step."""
-    step, packed, state = interpreted_step(law), law.packed(), law.initial_state()
+    """Torques, surfaces and named states after each step of a law, one row a step."""
+    step, packed, state = interpreted_step(law), law.packed(), law.packed_state()
     torques, surfaces, kept = [], [], []
     for signal in given_signals.view(np.recarray):
         command = np.full(COMMAND.itemsize // 8, np.nan).view(COMMAND).view(np.recarray)[0]
@@ -60,7 +54,7 @@ def made(law, given_signals):
         torques.append(command.torque.copy())
         surfaces.append(command.surface.copy())
         kept.append(state.copy())
-    return np.array(torques), np.array(surfaces), np.array(kept)
+    return np.array(torques), np.array(surfaces), named_state(np.array(kept), law)
 
 
 def moderate(count, seed):
@@ -97,9 +91,9 @@ def test_computed_torque_integral_is_a_pid_in_equation_14(gains):
         rest = feed_forward(s) + s["H"] @ pd
         w = stopped(w, T * s["H"] @ (np.array(law.Ki) * s["error"]), rest, limit)
         np.testing.assert_allclose(torques[k], rest + w, rtol=1e-11, atol=1e-14)
-        np.testing.assert_allclose(kept[k], w, rtol=1e-11, atol=1e-15)
+        np.testing.assert_allclose(kept.integral[k], w, rtol=1e-11, atol=1e-15)
     assert (np.abs(torques) > limit).any(), "a case that the limit matters in"
-    assert (np.abs(kept) < limit).any()
+    assert (np.abs(kept.integral) < limit).any()
 
 
 @pytest.mark.parametrize("model", ["constant", "ramp"])
@@ -125,9 +119,9 @@ def test_observer_filters_the_change_of_momentum(model, gains):
         pd = np.array(law.Kp) * s["error"] + np.array(law.Kv) * s["rate_error"]
         torque = feed_forward(s) + s["H"] @ pd - (F @ x)[0]
         np.testing.assert_allclose(torques[k], torque, rtol=1e-9, atol=1e-12)
-        np.testing.assert_allclose(kept[k][7:10], x[0], rtol=1e-9, atol=1e-12)
+        np.testing.assert_allclose(kept.estimate[k], x[0], rtol=1e-9, atol=1e-12)
         if order == 2:
-            np.testing.assert_allclose(kept[k][10:], T * x[1], rtol=1e-9, atol=1e-12)
+            np.testing.assert_allclose(kept.growth[k], T * x[1], rtol=1e-9, atol=1e-12)
         before = feed_forward(s) - np.clip(torque, -limit, limit), s["rate_error"].copy()
 
 
@@ -144,7 +138,9 @@ def test_time_delay_control_repeats_what_was_needed_one_period_ago(gains):
         torque = feed_forward(s) + M @ u + np.clip(delta + M @ change, -limit, limit)
         np.testing.assert_allclose(torques[k], torque, rtol=1e-9, atol=1e-12)
         delta, before = np.clip(torque, -limit, limit) - feed_forward(s), s["rate_error"].copy()
-        np.testing.assert_allclose(kept[k], np.concatenate([delta, before, [1.0]]), rtol=1e-9, atol=1e-12)
+        np.testing.assert_allclose(kept.deviation[k], delta, rtol=1e-9, atol=1e-12)
+        np.testing.assert_array_equal(kept.rate_error[k], before)
+        assert kept.started[k] == 1.0
 
 
 @pytest.mark.parametrize("kind", ["sine", "half_angle"])
@@ -162,7 +158,7 @@ def test_geometric_tracking_is_the_geometric_pid_on_rotation_matrices(kind):
         rest = feed_forward(s) + s["H"] @ (law.Kr * e + law.Kw * s["rate_error"])
         w = stopped(w, T * law.Ki * s["H"] @ (s["rate_error"] + law.slope * e), rest, limit)
         np.testing.assert_allclose(torques[k], rest + w, rtol=1e-8, atol=1e-11)
-        np.testing.assert_allclose(kept[k], w, rtol=1e-8, atol=1e-11)
+        np.testing.assert_allclose(kept.integral[k], w, rtol=1e-8, atol=1e-11)
     assert np.linalg.norm(given_signals["error"], axis=1).max() > 1.0
 
 
@@ -181,7 +177,7 @@ def test_super_twisting_is_the_algorithm_of_levant_beside_equation_24(switching,
         w = stopped(w, T * s["H"] @ (np.array(law.k2) * direction), rest, limit)
         np.testing.assert_allclose(torques[k], rest + w, rtol=1e-10, atol=1e-13)
         np.testing.assert_allclose(surfaces[k], S, rtol=1e-12)
-        np.testing.assert_allclose(kept[k], w, rtol=1e-10, atol=1e-14)
+        np.testing.assert_allclose(kept.integral[k], w, rtol=1e-10, atol=1e-14)
     assert tuple(law.boundary_layer) == law.phi
 
 
@@ -209,12 +205,17 @@ def test_boundary_layer_sliding_mode_is_chapter_7_of_slotine_and_li(integral, ga
         back = first * s["rate_error"] + second * s["error"] + gain * np.clip(S / phi, -1.0, 1.0)
         np.testing.assert_allclose(torques[k], feed_forward(s) + s["H"] @ back, rtol=1e-8, atol=1e-12)
         np.testing.assert_allclose(surfaces[k], S, rtol=1e-9, atol=1e-12)
-        np.testing.assert_allclose(kept[k], np.concatenate([z, phi]), rtol=1e-8, atol=1e-15)
+        np.testing.assert_allclose(kept.integral[k], z, rtol=1e-8, atol=1e-15)
+        np.testing.assert_allclose(kept.layer[k], phi, rtol=1e-8, atol=1e-15)
     assert law.boundary_layer == pytest.approx(np.array(law.disturbance) / law.bandwidth)
 
 
 SYMMETRIC = [np.diag([1.0, 0, 0]), [[0, 1, 0], [1, 0, 0], [0, 0, 0]], [[0, 0, 1], [0, 0, 0], [1, 0, 0]],
              np.diag([0, 1.0, 0]), [[0, 0, 0], [0, 0, 1], [0, 1, 0]], np.diag([0, 0, 1.0])]  # fmt: skip
+
+
+CONSTANT = 12
+"""Columns of the regressor before those of the constant torque."""
 
 
 def regressor(a, rate, up):
@@ -257,7 +258,8 @@ def test_slotine_li_is_the_adaptive_law_in_matrices(horizon):
             rested += 1
         np.testing.assert_allclose(torques[k], torque, rtol=1e-9, atol=1e-12)
         np.testing.assert_allclose(surfaces[k], S, rtol=1e-12)
-        np.testing.assert_allclose(kept[k], theta, rtol=1e-9, atol=1e-14)
+        learned = [*kept[k].inertia, *kept[k].gravity, *kept[k].damping, *kept[k].constant]
+        np.testing.assert_allclose(learned, theta, rtol=1e-9, atol=1e-14)
     assert 0 < rested < len(given_signals), "saturated steps and others"
     for group in (slice(0, 6), slice(6, 9), slice(9, 12)):
         assert 0 < bounded[group].sum() < 3 * len(given_signals), "bounds that are reached, but not always"
@@ -281,7 +283,9 @@ def test_regressor_has_the_difference_of_any_two_wrists(nominal, seed):
         a = 20.0 * random.normal(size=3)
         needed = true.inertia @ a + true.bias(attitude, rate)
         modelled = known.inertia @ a + known.bias(attitude, rate)
-        found = deviation_torque(theta, tuple(a), tuple(rate), up_after(attitude, tuple(rate), 0.0))
+        found = deviation_torque(
+            named_state(theta, SlotineLi()), tuple(a), tuple(rate), up_after(attitude, tuple(rate), 0.0)
+        )
         np.testing.assert_allclose(modelled + found, needed, rtol=1e-10, atol=1e-14)
 
 
@@ -348,20 +352,20 @@ def test_constant_torque_leaves_no_error(name):
 
 
 @pytest.mark.parametrize(
-    ("name", "place", "sign"),
+    ("name", "field", "sign"),
     [
-        ("computed_torque_integral", 0, -1.0),
-        ("computed_torque_observer", 7, 1.0),
-        ("geometric_tracking", 0, -1.0),
-        ("slotine_li", 12, -1.0),
-        ("super_twisting", 0, -1.0),
-        ("time_delay_control", 0, -1.0),
+        ("computed_torque_integral", "integral", -1.0),
+        ("computed_torque_observer", "estimate", 1.0),
+        ("geometric_tracking", "integral", -1.0),
+        ("slotine_li", "constant", -1.0),
+        ("super_twisting", "integral", -1.0),
+        ("time_delay_control", "deviation", -1.0),
     ],
 )
-def test_constant_torque_is_what_the_state_finds(name, place, sign):
+def test_constant_torque_is_what_the_state_finds(name, field, sign):
     """The nominal wrist at rest, with no other torque. Of Slotine and Li, with nothing else that could take it."""
     alone = {"gravity_adaptation": 0.0} if name == "slotine_li" else {}
-    found = pushed(name, **alone).law_state[-1, place : place + 3]
+    found = state_of(pushed(name, **alone))[field][-1]
     assert sign * found == pytest.approx(np.full(3, PUSH), rel=1e-4)
 
 
@@ -378,7 +382,7 @@ def test_observer_finds_a_constant_torque_with_its_time_constant():
     L = 30.0
     run = pushed("computed_torque_observer", disturbance_model="constant", bandwidth=L, Kp=1e5, Kv=600.0)
     expected = PUSH * (1.0 - np.exp(-L * np.maximum(0.0, run.time[:200] - T)))  # before each step
-    assert run.law_state[:200, 7:10] == pytest.approx(np.stack([expected] * 3, axis=1), abs=2e-3 * PUSH)
+    assert state_of(run).estimate[:200] == pytest.approx(np.stack([expected] * 3, axis=1), abs=2e-3 * PUSH)
 
 
 @pytest.mark.parametrize(("model", "lag"), [("constant", 1.0), ("ramp", 0.0)])
@@ -388,7 +392,7 @@ def test_observer_follows_a_ramp_with_the_error_of_its_order(nominal, engine, mo
     law = ComputedTorqueObserver(disturbance_model=model, bandwidth=L, Kp=1e5, Kv=600.0)
     ramp = {"disturbance": lambda time: np.tile(growth * time[:, None], (1, 3)), "reference": Hold(), "duration": 0.6}
     run = finished(loop(law, nominal, engine, **ramp))
-    seen = run.law_state[-1, 7:10]
+    seen = named_state(run.law_state, law).estimate[-1]
     first = T * np.exp(-L * T) / (1.0 - np.exp(-L * T))  # of the filter, sampled; about 1/L − T/2
     # state before step k belongs to the period that ended one step earlier, in which d was held from its start
     held = growth * (run.time[-1] - 2.0 * T)
@@ -426,7 +430,7 @@ SLOW = {
 
 
 def at_once(law):
-    """What a law answers to an error before any of its integrals have moved [1/s²]."""
+    """Return the answer of a law to an error before any of its integrals have moved [1/s²]."""
     if law.name == "boundary_layer_sliding_mode":
         return as_pid(law)[2]
     if law.name == "geometric_tracking":
@@ -556,9 +560,9 @@ def test_layer_is_thin_at_rest_and_thick_in_motion():
     still = simulate(
         Experiment(law=law, reference={"name": "hold", "rotation": (0, 0, 0)}, duration=0.5, disturbance=0)
     )
-    assert still.law_state[-1, 3:] == pytest.approx(np.array(law.boundary_layer), rel=1e-6)
+    assert state_of(still).layer[-1] == pytest.approx(np.array(law.boundary_layer), rel=1e-6)
     moving = simulate(Experiment(law=law, duration=3.0))
-    layer = moving.law_state[1:, 3:]
+    layer = state_of(moving).layer[1:]
     assert (layer >= np.array(law.boundary_layer) * 0.999).all()
     assert layer.max(axis=0) / layer.min(axis=0) == pytest.approx(np.array([2.0, 2.0, 1.5]), abs=1.0)
     assert (np.abs(moving.surface[1000:]) < layer[999:]).all(), "the precision that it promises"
@@ -577,7 +581,7 @@ def test_layer_follows_a_step_of_its_bound_as_a_first_order_filter():
     _, _, kept = made(law, given_signals)
     time = T * np.arange(60)[:, None]
     expected = (thick + (thin - thick) * np.exp(-80.0 * time)) / 80.0
-    np.testing.assert_allclose(kept[:, 3:], expected, rtol=1e-12)
+    np.testing.assert_allclose(kept.layer, expected, rtol=1e-12)
 
 
 @pytest.mark.parametrize("start", [2.0, -3.0])
@@ -607,7 +611,7 @@ def test_error_vector_is_the_gradient_of_its_error_function(angle, axis, rate):
     """Ψ̇ = e_R · ė, differenced along R_e(t) = R_e exp(ė t), for both kinds and any angle."""
     axis = np.add(axis, (0.0, 0.0, 1.5))
     e, rate, t = angle * axis / np.linalg.norm(axis), np.array(rate), 1e-5
-    functions = {0.0: lambda c: 1.0 - c, 1.0: lambda c: 4.0 - 2.0 * np.sqrt(2.0 + 2.0 * c)}
+    functions = {SINE: lambda c: 1.0 - c, HALF_ANGLE: lambda c: 4.0 - 2.0 * np.sqrt(2.0 + 2.0 * c)}
     for kind, error_function in functions.items():
         ahead, behind = (
             error_function(
@@ -644,7 +648,7 @@ def strong(nominal):
 def test_half_angle_pulls_harder_towards_a_half_turn():
     for angle in (0.1, 1.0, 2.0, 3.0):
         e = angle * np.array([0.48, -0.6, 0.64])
-        sine, half = (np.linalg.norm(error_vector(kind, e)) for kind in (0.0, 1.0))
+        sine, half = (np.linalg.norm(error_vector(kind, e)) for kind in (SINE, HALF_ANGLE))
         assert (sine, half) == pytest.approx((np.sin(angle), 2.0 * np.sin(angle / 2.0)))
         assert half > sine
 
@@ -718,8 +722,8 @@ def test_adaptation_learns_another_wrist_in_a_motion_that_shows_it():
     }
     experiment = Experiment(law={**law, "gravity_adaptation": 300.0}, **case)
     run, fixed = simulate(experiment), simulate(Experiment(law={**law, "gravity_adaptation": 0.0}, **case))
-    missing = 9.81 * (RigidBody.of(experiment.plant()).moment - RigidBody.of(experiment.nominal()).moment)
-    assert run.law_state[-1, 6:9] == pytest.approx(missing, abs=0.05 * np.linalg.norm(missing))
+    missing = 9.81 * (RigidBody.of(plant_of(experiment)).moment - RigidBody.of(experiment.nominal()).moment)
+    assert state_of(run).gravity[-1] == pytest.approx(missing, abs=0.05 * np.linalg.norm(missing))
     assert run.metrics.rms_error_rad < 0.1 * fixed.metrics.rms_error_rad
 
 
@@ -749,7 +753,7 @@ def linear(law, inertia, axis):
         step(signal.view(np.recarray)[0], packed, state, command.view(np.recarray)[0])
         return np.append(state, command["torque"][0, axis])
 
-    rest = law.initial_state()
+    rest = law.packed_state()
     for _ in range(5):
         rest = after(rest, 0.0, 0.0)[:size]
     small = 1e-7 * np.eye(size + 2)

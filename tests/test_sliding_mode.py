@@ -5,12 +5,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from bench import RigidBody, mjcf, vectors
+from rigs import RigidBody, mjcf, vectors
 from spherical_wrist import Experiment, simulate
 from spherical_wrist.control import SlidingMode
-from spherical_wrist.lyapunov import reaching, reaching_bound
-from spherical_wrist.lyapunov.reaching import reaching_rate
-from spherical_wrist.simulation.outcome import Status
+from spherical_wrist.loop.outcome import Status
+from spherical_wrist.paper.lyapunov import reaching, reaching_bound
+from spherical_wrist.paper.lyapunov.reaching import reaching_rate
+from spherical_wrist.prepare.plant import plant_of
 from test_laws import SWITCHING, signals, steps
 
 T = 1e-3
@@ -24,7 +25,7 @@ def law(**changes):
 
 def inertia(experiment):
     """H of the plant from the sum over its bodies."""
-    return RigidBody.of(experiment.plant()).inertia
+    return RigidBody.of(plant_of(experiment)).inertia
 
 
 # --- the law

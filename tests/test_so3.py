@@ -8,21 +8,25 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
-from bench import directions, finished, loop, quaternions, vectors
+from rigs import directions, finished, loop, quaternions, vectors
 from spherical_wrist.control import PD
+from spherical_wrist.experiment.perturbation import Start
 from spherical_wrist.reference import Lissajous
-from spherical_wrist.simulation.closed_loop import Start
 from spherical_wrist.so3 import (
     advance,
     attitude_error,
+    attitude_errors,
     cross,
     feed_forward,
+    inverses,
+    products,
     quaternion_exp,
     quaternion_log,
     quaternion_product,
     rate_error,
     relative_attitude,
     rotate,
+    rotation_vectors,
 )
 
 quick = settings(max_examples=80, deadline=None)
@@ -263,3 +267,16 @@ def test_advance_is_of_second_order():
     errors = [error(time) for time in (0.04, 0.02, 0.01)]
     assert errors[0] < 0.01
     np.testing.assert_allclose(np.divide(errors[:-1], errors[1:]), 8.0, rtol=0.1)
+
+
+def test_functions_of_arrays_are_those_of_rows():
+    random = np.random.default_rng(6)
+    p, q = (Rotation.random(50, rng=random).as_quat(scalar_first=True) for _ in "pq")
+    p[::3] *= -1.0
+    q[0] = p[0]
+    pairs = list(zip(p, q, strict=True))
+    np.testing.assert_array_equal(products(p, q), [quaternion_product(a, b) for a, b in pairs])
+    np.testing.assert_array_equal(products(p[0], q), [quaternion_product(p[0], b) for b in q])
+    np.testing.assert_array_equal(products(inverses(p), q), [relative_attitude(a, b) for a, b in pairs])
+    np.testing.assert_allclose(rotation_vectors(q), [quaternion_log(b) for b in q], atol=1e-15)
+    np.testing.assert_allclose(attitude_errors(p, q), [attitude_error(a, b) for a, b in pairs], atol=1e-15)

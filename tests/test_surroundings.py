@@ -11,6 +11,7 @@ from spherical_wrist import load_recording
 from spherical_wrist.cli import main
 from spherical_wrist.errors import RecordingError
 
+pytestmark = [pytest.mark.slow, pytest.mark.spread]
 CODE = "from spherical_wrist.cli import main; main()"
 RUN = ("run", "--duration", "0.1")
 
@@ -41,9 +42,11 @@ def test_output_that_nobody_takes(tmp_path, arguments):
     assert (closed.returncode, closed.stderr) == (0, b"")
 
 
-def test_errors_that_nobody_takes(tmp_path):
-    for shell in ("2>&-", "2>/dev/full"):
-        done = wrist("run", "--law", "none", cwd=tmp_path, shell=shell)
+@pytest.mark.parametrize("shell", ["2>&-", "2>/dev/full"])
+def test_errors_that_nobody_takes(tmp_path, shell):
+    """Python's buffers, on which PYTHONUNBUFFERED decides, have no part in the exit code."""
+    for variables in ({}, {"PYTHONUNBUFFERED": "1"}):
+        done = wrist("run", "--law", "none", cwd=tmp_path, shell=shell, without=("PYTHONUNBUFFERED",), **variables)
         assert (done.returncode, done.stdout) == (2, b"")
 
 
@@ -69,7 +72,7 @@ def test_a_narrow_terminal_cuts_no_figures(tmp_path):
 
 def test_nowhere_to_keep_a_cache(tmp_path):
     """No home, and no folder that could be written to: it compiles, and says nothing about it."""
-    nowhere = {"HOME": "/proc/nowhere", "NUMBA_CACHE_DIR": "/proc/nowhere", "XDG_CACHE_HOME": "/proc/nowhere"}
+    nowhere = {"HOME": "/proc/nowhere", "WRIST_CACHE_DIR": "/proc/nowhere", "XDG_CACHE_HOME": "/proc/nowhere"}
     done = wrist(*RUN, "-o", "a.rrd", cwd=tmp_path, without=("MPLCONFIGDIR",), PYTHONDONTWRITEBYTECODE="1", **nowhere)
     assert (done.returncode, done.stderr) == (0, b"")
     assert [path.name for path in tmp_path.iterdir()] == ["a.rrd"]

@@ -1,4 +1,4 @@
-"""How well each law tracks: bounds on the error under perturbed plants, and the claims of the README."""
+"""Tracking of each law: bounds on the error under perturbed plants, and the claims of the README."""
 
 import hashlib
 import subprocess
@@ -10,32 +10,14 @@ import pytest
 
 from spherical_wrist import Experiment, simulate
 from spherical_wrist.control import Law
-from spherical_wrist.simulation.outcome import Status
-
-BOUNDS = {
-    "pd": (0.105, 0.135),
-    "computed_torque": (0.100, 0.135),
-    "sliding_mode": (9.7e-4, 1.28e-3),
-    "sliding_computed_torque": (3.1e-3, 4.1e-3),
-    "fuzzy_sliding_computed_torque": (5.5e-4, 7.2e-4),
-    "adaptive_fuzzy_sliding_computed_torque": (3.9e-4, 5.5e-4),
-    "fuzzy_integral_sliding": (2.4e-6, 4.4e-6),
-    "boundary_layer_sliding_mode": (3.0e-5, 4.6e-5),
-    "computed_torque_integral": (3.0e-5, 4.6e-5),
-    "computed_torque_observer": (5.7e-6, 1.0e-5),
-    "geometric_tracking": (3.0e-5, 4.6e-5),
-    "slotine_li": (3.0e-5, 4.6e-5),
-    "super_twisting": (3.0e-5, 4.6e-5),
-    "time_delay_control": (3.0e-5, 4.6e-5),
-}
-"""RMS and largest attitude error [rad] of each law on the Lissajous motion against 25 %, over masses 0.5 … 1.5."""
+from spherical_wrist.loop.outcome import Status
 
 
 @pytest.mark.parametrize("mass_scale", [0.5, 0.75, 1.0, 1.25, 1.5])
 @pytest.mark.parametrize("law", sorted(Law.members))
 def test_error_stays_within_the_bound_of_the_law(law, mass_scale):
     run = simulate(Experiment(law=law, mass_scale=mass_scale))
-    rms, largest = BOUNDS[law]
+    rms, largest = Law.members[law].tracks_to
     assert run.outcome.status is Status.COMPLETED
     assert run.metrics.rms_error_rad < rms
     assert run.metrics.max_error_rad < largest

@@ -4,7 +4,6 @@ import fcntl
 import json
 import shlex
 import signal
-import sqlite3
 import subprocess
 import sys
 import time
@@ -18,24 +17,26 @@ from hypothesis import strategies as st
 from matplotlib.image import imread
 from scipy.stats import gmean
 
-from bench import one_line
+from rigs import one_line
 from spherical_wrist import Experiment, simulate
-from spherical_wrist.comparison import Case, contestants
+from spherical_wrist.comparison import Case, laws_from_texts
 from spherical_wrist.control import PD, FuzzySlidingComputedTorque, Law, SlidingComputedTorque
 from spherical_wrist.errors import ParameterError, WristError
+from spherical_wrist.folder_lock import folder_lock
 
 optuna = pytest.importorskip("optuna")
 
-from spherical_wrist.tuning.benches import Benches  # noqa: E402
+from optuna.storages.journal import JournalFileBackend, JournalStorage  # noqa: E402
+
+from spherical_wrist.simulation.runner import Runner  # noqa: E402
 from spherical_wrist.tuning.family import Family, usual  # noqa: E402
-from spherical_wrist.tuning.folder import alone  # noqa: E402
-from spherical_wrist.tuning.front import front_of, told  # noqa: E402
 from spherical_wrist.tuning.gains_file import toml  # noqa: E402
 from spherical_wrist.tuning.objective import WORST, Figures, Score  # noqa: E402
+from spherical_wrist.tuning.pareto import front_of, summary_of  # noqa: E402
 from spherical_wrist.tuning.picture import front_picture  # noqa: E402
 from spherical_wrist.tuning.ranges import space_of  # noqa: E402
 from spherical_wrist.tuning.scoring import scores_of  # noqa: E402
-from spherical_wrist.tuning.search import Found, Search, tune  # noqa: E402
+from spherical_wrist.tuning.search import Search, SearchResult, tune  # noqa: E402
 from spherical_wrist.tuning.study import Trial  # noqa: E402
 
 WRIST = [sys.executable, "-c", "from spherical_wrist.cli import main; main()"]
@@ -76,6 +77,11 @@ def search_of(law, ranges=(), cases=PAIR, sampler="tpe", seed=0, changes=SHORT):
     return Search(space_of(law, ranges), bool(ranges), family, sampler, seed)
 
 
+def journal(folder):
+    """Optuna's storage of a study."""
+    return JournalStorage(JournalFileBackend(str(folder / "tune.log")))
+
+
 def outcome(found):
     return [(trial.number, trial.values, trial.score) for trial in found.trials]
 
@@ -100,7 +106,7 @@ def test_zeros_rules_and_what_the_motors_can_do_are_left_alone():
     names = {each.name for each in space_of(law).ranges}
     assert "law.K" in names
     assert not {"law.Kv", "law.rules", "law.torque_limit"} & names
-    for law in contestants([], {}, {}).values():
+    for law in laws_from_texts([], {}, {}).values():
         assert "law.torque_limit" not in {each.name for each in space_of(law).ranges}
 
 
@@ -170,7 +176,7 @@ def test_a_law_without_numbers_is_refused():
 def test_a_score_is_the_geometric_mean_over_the_cases_that_simulating_each_gives():
     law, other = PD(), PD(P=0.3)
     family = Family.of(PAIR, law, {}, SHORT)
-    for each, score in zip((law, other), scores_of([law, other], family, Benches(2)), strict=True):
+    for each, score in zip((law, other), scores_of([law, other], family, Runner(2)), strict=True):
         runs = [
             simulate(Experiment(law=each, mass_scale=scale, duration=0.1, sensing={"attitude_noise": 3e-4}))
             for scale in (0.75, 1.25)
@@ -193,9 +199,9 @@ def test_one_case_that_was_not_completed_makes_a_score_infeasible():
 
 def test_a_case_with_more_tip_error_than_the_bound_is_not_completed():
     laws = [PD(P=float(p)) for p in (0.05, 0.2, 0.8)]
-    free = scores_of(laws, Family.of(PAIR, PD(), {}, SHORT), Benches())
+    free = scores_of(laws, Family.of(PAIR, PD(), {}, SHORT), Runner())
     bound = free[1].tip_error
-    held = scores_of(laws, Family.of(PAIR, PD(), {}, SHORT, bound), Benches())
+    held = scores_of(laws, Family.of(PAIR, PD(), {}, SHORT, bound), Runner())
     assert [score.failed > 0 for score in held] == [score.tip_error > bound for score in free] == [True, False, False]
     assert held[1:] == free[1:]
     assert "missed" in {figures.outcome for figures in held[0].cases.values()}
@@ -205,13 +211,13 @@ def test_a_case_with_more_tip_error_than_the_bound_is_not_completed():
 
 def test_a_run_that_never_reaches_the_steady_window_is_refused():
     with pytest.raises(ParameterError, match="steady window"):
-        scores_of([PD()], Family.of(PAIR, PD(), {}, {"duration": 0.1, "steady_from": 1.0}), Benches(1))
+        scores_of([PD()], Family.of(PAIR, PD(), {}, {"duration": 0.1, "steady_from": 1.0}), Runner(1))
 
 
 def test_the_usual_family_has_wrong_masses_and_real_hardware():
     experiments = Family.of(usual(), PD(), {}, {}).experiments
     assert {each.mass_scale for each in experiments} >= {0.75, 1.25}
-    assert sum(not each.sensing.perfect for each in experiments) >= 3
+    assert sum(not each.sensing.ideal for each in experiments) >= 3
     assert len({each.reference.name for each in experiments}) == 3
 
 
@@ -234,7 +240,8 @@ def found_with(points):
     ]
     values = [{"law.P": 0.16 + 0.01 * number} for number in range(len(points))]
     trials = tuple(Trial(n, v, s) for n, (v, s) in enumerate(zip(values, scores, strict=True)))
-    return Found(search, search.space, (), Score({"a": Figures("completed", 1.0, 1.0, 1.0)}), trials, False, {}, 0.0)
+    plain = Score({"a": Figures("completed", 1.0, 1.0, 1.0)})
+    return SearchResult(search, search.space, (), plain, trials, False, {}, 0.0)
 
 
 @given(st.lists(st.none() | st.tuples(amount, amount), min_size=1, max_size=10))
@@ -247,7 +254,7 @@ def test_front_and_choices_are_what_comparing_every_pair_gives(points):
 
     wanted = {number for number, point in feasible.items() if not beaten(point)}
     assert {trial.number for trial in front_of(found)} == wanted
-    table = told(found)
+    table = summary_of(found)
     assert [point["chattering_Nm_per_s"] for point in table["front"]] == pytest.approx(
         sorted(feasible[number][1] for number in wanted)
     )
@@ -288,6 +295,20 @@ def test_a_study_that_was_stopped_and_continued_is_the_one_that_ran_through_on_a
     assert outcome(other)[1:] != outcome(whole)[1:8]
 
 
+@pytest.mark.parametrize("sampler", ["tpe", "nsga2"])
+def test_a_study_whose_file_was_cut_off_anywhere_goes_on_as_if_it_had_not_been(tmp_path, sampler):
+    """Killed at any moment, or with no room left on the disk: the journal is written line by line."""
+    search = search_of(PD(), sampler=sampler)
+    trials = {"tpe": 19, "nsga2": 27}[sampler]  # of NSGA-II, into the second generation
+    whole = tune(search, tmp_path / "whole", trials)
+    content = (tmp_path / "whole" / "tune.log").read_bytes()
+    begun = content.index(b"settings")
+    (tmp_path / "cut").mkdir()
+    for share in (0.0, 0.01, 0.1, 0.45, 0.46, 0.7, 0.88, 0.92, 0.96):
+        (tmp_path / "cut" / "tune.log").write_bytes(content[: begun + round(share * (len(content) - begun))])
+        assert outcome(tune(search, tmp_path / "cut", trials)) == outcome(whole)
+
+
 def test_interrupted_at_any_moment_it_keeps_what_is_done_and_goes_on(tmp_path):
     search = search_of(PD())
     whole = tune(search, tmp_path / "whole", 12)
@@ -315,7 +336,7 @@ def test_the_search_comes_close_to_the_front_of_a_fine_grid(tmp_path):
     search = search_of(law, ["law.D=0.004:0.064"])
     found = tune(search, tmp_path, 40)
     grid = [law.replaced(D=float(d)) for d in np.geomspace(0.004, 0.064, 60)]
-    exact = [(score.error, score.chattering) for score in scores_of(grid, search.family, Benches())]
+    exact = [(score.error, score.chattering) for score in scores_of(grid, search.family, Runner())]
     tried = [(trial.score.error, trial.score.chattering) for trial in found.trials]
     for error, chattering in exact:
         assert min(c for e, c in tried if e <= 1.03 * error) <= 1.03 * chattering
@@ -332,7 +353,7 @@ def test_what_does_not_complete_is_never_on_the_front_which_is_that_of_optuna_it
     """The law refuses stiff springs, raises at low damping, and spins the wrist up at high damping."""
     file = tmp_path / "law.py"
     file.write_text(SPRING)
-    (law,) = contestants([f"{file}:Spring"], {}, {}).values()
+    (law,) = laws_from_texts([f"{file}:Spring"], {}, {}).values()
     search = search_of(law, changes={"duration": 4.0})
     found = tune(search, tmp_path / "study", 40)
     assert found.idle == ("law.unused",)
@@ -342,7 +363,7 @@ def test_what_does_not_complete_is_never_on_the_front_which_is_that_of_optuna_it
         outcomes = {figures.outcome for figures in trial.score.cases.values()} or {"refused"}
         assert outcomes == {expected[trial.number]}
     infeasible = {number for number, word in expected.items() if word != "completed"}
-    stored = optuna.load_study(study_name="tune", storage=f"sqlite:///{tmp_path / 'study' / 'tune.db'}")
+    stored = optuna.load_study(study_name="tune", storage=journal(tmp_path / "study"))
     assert {trial.number for trial in stored.trials if max(trial.constraints.values()) > 0.0} == infeasible
     front = {trial.number for trial in front_of(found)}
     assert front == {trial.number for trial in stored.best_trials}
@@ -372,29 +393,29 @@ def begun(tmp_path_factory):
     ],
 )
 def test_a_study_of_something_else_is_refused_in_one_line(begun, other, said):
-    before = begun.joinpath("tune.db").read_bytes()
+    before = begun.joinpath("tune.log").read_bytes()
     with pytest.raises(ParameterError) as caught:
         tune(other(), begun, 1)
     assert said in one_line(caught.value)
     assert "give another folder with -o" in str(caught.value)
-    assert begun.joinpath("tune.db").read_bytes() == before
+    assert begun.joinpath("tune.log").read_bytes() == before
 
 
 def test_folders_that_cannot_be_used_are_refused_in_one_line(tmp_path):
     search = search_of(PD())
     (tmp_path / "text").mkdir()
-    (tmp_path / "text" / "tune.db").write_text("no data base, but a text that is long enough to be taken for one" * 20)
+    (tmp_path / "text" / "tune.log").write_text("no data base, but a text that is long enough to be taken for one" * 20)
     (tmp_path / "foreign").mkdir()
-    with sqlite3.connect(tmp_path / "foreign" / "tune.db") as base:
-        base.execute("CREATE TABLE studies (something INTEGER)")
-    base.close()
+    (tmp_path / "foreign" / "tune.log").write_text('{"something": 1}\n' * 3)
+    (tmp_path / "old").mkdir()
+    (tmp_path / "old" / "tune.db").write_text("")
     (tmp_path / "file").write_text("")
     (tmp_path / "other").mkdir()
     other = optuna.create_study(
-        study_name="tune", storage=f"sqlite:///{tmp_path}/other/tune.db", directions=["minimize", "minimize"]
+        study_name="tune", storage=journal(tmp_path / "other"), directions=["minimize", "minimize"]
     )
     other.add_trial(optuna.trial.create_trial(values=[1.0, 2.0]))
-    for name in ("text", "foreign", "file", "other"):
+    for name in ("text", "foreign", "file", "other", "old"):
         with pytest.raises(WristError) as caught:
             tune(search, tmp_path / name, 1)
         assert name in one_line(caught.value)
@@ -403,7 +424,10 @@ def test_folders_that_cannot_be_used_are_refused_in_one_line(tmp_path):
         fcntl.flock(lock, fcntl.LOCK_EX)
         with pytest.raises(ParameterError, match="another command is tuning"):
             tune(search, tmp_path / "busy", 1)
-    with alone(tmp_path / "held"), pytest.raises(ParameterError, match="another command is tuning"):
+    with (
+        folder_lock(tmp_path / "held", ParameterError, "tuning"),
+        pytest.raises(ParameterError, match="another command is tuning"),
+    ):
         tune(search, tmp_path / "held", 1)
     assert len(tune(search, tmp_path / "held", 1).trials) == 1
 
@@ -493,7 +517,7 @@ def test_an_experiment_file_gives_law_and_experiment(wrist, tmp_path):
 
 
 def test_the_picture_marks_default_front_and_choices(tmp_path):
-    table = told(found_with([(1.0, 1.0), (0.5, 1.0), (1.0, 0.5), (0.3, 4.0), (3.0, 0.3), (5.0, 5.0), None]))
+    table = summary_of(found_with([(1.0, 1.0), (0.5, 1.0), (1.0, 0.5), (0.3, 4.0), (3.0, 0.3), (5.0, 5.0), None]))
     drawing = front_picture(table)
     upper, lower = drawing.axes
     lines = {line.get_label(): line for line in upper.get_lines()}
@@ -508,13 +532,12 @@ def test_the_picture_marks_default_front_and_choices(tmp_path):
     assert [label.get_text() for label in lower.get_yticklabels()] == ["P"]
     drawing.savefig(tmp_path / "front.png")
     assert imread(tmp_path / "front.png").std() > 0.01
-    front_picture(told(found_with([None, None]))).savefig(tmp_path / "none.png")
+    front_picture(summary_of(found_with([None, None]))).savefig(tmp_path / "none.png")
 
 
 def test_the_command_says_in_one_line_that_optuna_is_not_there(wrist, monkeypatch):
     for name in [name for name in sys.modules if name.startswith("spherical_wrist.tuning")]:
         monkeypatch.delitem(sys.modules, name)
-    monkeypatch.delitem(sys.modules, "spherical_wrist.cli.tune", raising=False)
     monkeypatch.setitem(sys.modules, "optuna", None)
     code, out, err = wrist("tune", "pd")
     assert (code, out) == (2, "")
@@ -550,12 +573,10 @@ def test_ctrl_c_leaves_a_study_that_goes_on(wrist, tmp_path):
 
     def stored():
         try:
-            base = sqlite3.connect(tmp_path / "out" / "tune.db", timeout=5.0)
-            count = base.execute("SELECT count(*) FROM trials WHERE state = 'COMPLETE'").fetchone()[0]
-            base.close()
-            return count
-        except sqlite3.Error:
+            study = optuna.load_study(study_name="tune", storage=journal(tmp_path / "out"))
+        except (KeyError, FileNotFoundError):
             return 0
+        return sum(trial.state is optuna.trial.TrialState.COMPLETE for trial in study.trials)
 
     end = time.monotonic() + 60.0
     while not stored() and time.monotonic() < end:

@@ -5,7 +5,7 @@ import shlex
 import numpy as np
 import pytest
 
-from bench import one_line
+from rigs import one_line
 from spherical_wrist import Experiment, load_recording, record, simulate
 from spherical_wrist.campaign.description import Campaign
 from spherical_wrist.campaign.digest import digest_of
@@ -149,7 +149,7 @@ def test_a_motion_may_jump_now_and_then(folder):
 
 def test_the_package_s_own_are_not_slowed_down(monkeypatch):
     """They are not guarded: their own tests check them."""
-    monkeypatch.setattr("spherical_wrist.experiment.guard._GuardedMotion", pytest.fail)
+    monkeypatch.setattr("spherical_wrist.prepare.user_part_checks._CheckedMotion", pytest.fail)
     simulate(Experiment(duration=0.1))
 
 

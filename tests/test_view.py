@@ -18,9 +18,10 @@ import needs
 from spherical_wrist import Experiment, load_recording, record, simulate
 from spherical_wrist.cli import main
 from spherical_wrist.recording.address import Address, free_port, is_listening
-from spherical_wrist.recording.screenshot import Photograph
+from spherical_wrist.recording.screenshot import Screenshot
 from spherical_wrist.wrist import Wrist
 
+pytestmark = pytest.mark.slow
 WRIST = [sys.executable, "-c", "from spherical_wrist.cli import main; main()"]
 SCREEN = {"DISPLAY": ":0"}
 """As if there were one: what is run in these tests opens no window."""
@@ -116,8 +117,8 @@ def test_a_picture_shows_the_wrist_where_it_is_at_that_time_and_the_plots(wrist,
 
 
 def test_what_the_viewer_complains_of_is_told_and_is_exit_code_1(wrist, recording, monkeypatch):
-    taken = Photograph(b"picture", ("Motor torque: warning: no data",))
-    monkeypatch.setattr("spherical_wrist.recording.screenshot.photograph", lambda *_: taken)
+    taken = Screenshot(b"picture", ("Motor torque: warning: no data",))
+    monkeypatch.setattr("spherical_wrist.recording.screenshot.screenshot", lambda *_: taken)
     code, out, err = wrist(recording, "--screenshot", "a.png")
     assert (code, out, err) == (1, "picture a.png\n", "wrist: Motor torque: warning: no data\n")
     assert Path("a.png").read_bytes() == b"picture"

@@ -5,14 +5,14 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from bench import MOTORS, mjcf, mounted, one_line, states, wrist_of
+from rigs import MOTORS, mjcf, mounted, one_line, states, wrist_of
 from spherical_wrist import Experiment, simulate
 from spherical_wrist.dynamics import evaluate
 from spherical_wrist.errors import ModelError
-from spherical_wrist.simulation.engine import interpreted_engine
-from spherical_wrist.simulation.nominal import NominalModel
-from spherical_wrist.simulation.physics import physics_model
-from spherical_wrist.simulation.timing import Timing
+from spherical_wrist.experiment.timing import Timing
+from spherical_wrist.loop.engine import interpreted_engine
+from spherical_wrist.prepare.nominal import NominalModel
+from spherical_wrist.prepare.physics import physics_model
 from spherical_wrist.wrist import Names, Wrist
 
 ARM = """
@@ -186,7 +186,7 @@ def test_the_only_site_is_the_tip_and_the_only_motors_the_motors():
 
 def test_a_site_on_what_does_not_move_is_no_tip():
     text = mjcf().replace("</worldbody>", '<site name="base"/></worldbody>')
-    with pytest.raises(ModelError, match="not on what the ball joint moves"):
+    with pytest.raises(ModelError, match="not on a body that the ball joint moves"):
         wrist_of(text, Names(tip="base"))
 
 

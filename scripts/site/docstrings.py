@@ -1,4 +1,4 @@
-"""How docstrings of this package become pages: parameters as tables, types as a person would write them."""
+"""Docstrings of this package made pages: parameters as tables, types as a person would write them."""
 
 import re
 from contextlib import suppress
@@ -78,7 +78,7 @@ def _written(value: Any) -> str:
 
 
 def valid_values(field: FieldInfo) -> str:
-    """What a field may be, as far as its annotation says so: choices, or bounds of its numbers."""
+    """Return the values that a field takes, as far as its annotation says so: choices, or bounds of its numbers."""
     choices = [choice for choice in get_args(field.annotation) if isinstance(choice, str)]
     if choices:
         return ", ".join(choices)
@@ -91,7 +91,7 @@ def valid_values(field: FieldInfo) -> str:
 
 
 def _metadata(annotation: Any) -> list[Any]:
-    """What ``Annotated`` says anywhere inside an annotation."""
+    """Return the metadata of ``Annotated`` anywhere inside an annotation."""
     own: list[Any] = []
     if get_origin(annotation) is Annotated:
         for each in annotation.__metadata__:

@@ -9,9 +9,10 @@ from importlib import import_module
 from pathlib import Path
 from types import ModuleType
 
+from spherical_wrist.guides import NAMES, read_guide
+
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGE = ROOT / "src" / "spherical_wrist"
-GUIDES = PACKAGE / "guides"
 MODEL = "../../../models/README.md"
 """The description of the wrist model as the guides link to it; GitHub shows them where they lie."""
 
@@ -27,9 +28,9 @@ def build(folder: Path) -> None:
     shutil.copy(Path(__file__).parent / "index.md", folder)
     model = (ROOT / "models" / "README.md").read_text(encoding="utf-8").replace(FROM_MODEL, "guides/")
     (folder / "model.md").write_text(model, encoding="utf-8")
-    for guide in GUIDES.glob("*.md"):
-        text = guide.read_text(encoding="utf-8").replace(MODEL, "../model.md")
-        (folder / "guides" / guide.name).write_text(text, encoding="utf-8")
+    for guide in map(read_guide, NAMES):
+        text = guide.text.replace(MODEL, "../model.md")
+        (folder / "guides" / f"{guide.name}.md").write_text(text, encoding="utf-8")
     for room, names in rooms().items():
         (folder / "api" / f"{room}.rst").write_text(room_page(room, names), encoding="utf-8")
 

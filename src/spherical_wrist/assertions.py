@@ -25,17 +25,18 @@ test of its own::
 """
 
 from collections.abc import Mapping
+from functools import partial
 from math import inf, isfinite
 from typing import Any, NamedTuple
 
 from spherical_wrist.comparison.family import RandomWrists, WristFamily, WristGrid
-from spherical_wrist.comparison.threads import Simulate, in_threads
 from spherical_wrist.control import Law
-from spherical_wrist.errors import ParameterError, WristError
+from spherical_wrist.errors import ParameterError, UnknownNameError, WristError
 from spherical_wrist.experiment.command import command_of, law_address
 from spherical_wrist.experiment.description import Experiment
-from spherical_wrist.metrics import Metrics
-from spherical_wrist.simulation.outcome import Outcome, Status
+from spherical_wrist.loop.outcome import Outcome, Status
+from spherical_wrist.measure.metrics import METRICS, Metrics
+from spherical_wrist.simulation.runner import Runner, Worker
 
 __all__ = ["RandomWrists", "Tracked", "WristFamily", "WristGrid", "assert_tracks", "command_of"]
 
@@ -57,32 +58,29 @@ class Tracked(NamedTuple):
         """The largest of the figures as a multiple of its bound; infinite where the run did not complete."""
         if self.outcome.status is not Status.COMPLETED:
             return inf
-        figures = ((getattr(self.metrics, name), bound) for name, bound in bounds.items())
+        figures = ((self.metrics[name], bound) for name, bound in bounds.items())
         return max(inf if figure is None else figure / bound for figure, bound in figures)
 
 
 def assert_tracks(
     law: Law | type[Law] | str | Mapping[str, Any],
     *,
-    max_tip_error_mm: float | None = None,
-    rms_error_rad: float | None = None,
-    max_error_rad: float | None = None,
     family: WristFamily | None = None,
     experiment: Experiment | Mapping[str, Any] | None = None,
     jobs: int | None = None,
+    **bounds: float | None,
 ) -> list[Tracked]:
-    """Asserts that a law completes every run of a family, within all of the bounds that are given.
+    """Assert that a law completes every run of a family, within all of the bounds that are given.
 
     Args:
         law: a name, ``path/to/file.py:Name``, a table of a name and parameters, an instance, or a class, which may be
             one of the test file itself.
-        max_tip_error_mm: bound on the largest tip error in the steady window; see
-            :class:`spherical_wrist.metrics.Metrics` for this and what follows.
-        rms_error_rad: bound on the RMS attitude error.
-        max_error_rad: bound on the largest attitude error.
         family: the wrists; ``WristGrid()`` where none is given.
         experiment: everything else, as an experiment or as values of its parameters; its law is not used.
         jobs: runs at a time; None for as many as there are cores. The results do not depend on it.
+        bounds: upper bounds on metrics by name, in their units; None for none. See
+            :data:`spherical_wrist.measure.metrics.METRICS`. A run without a value, such as the reaching time where the
+            surface is never reached, misses the bound.
 
     Returns:
         Every run, in the order of the family.
@@ -90,41 +88,50 @@ def assert_tracks(
     Raises:
         AssertionError: a run exceeds a bound or does not complete. The message says which law missed which bound on how
             many wrists, and has the worst one with its figures and the command that replays it.
-        WristError: what is given is not valid, or the law raises.
+        UnknownNameError: there is no metric of such a name.
+        WristError: what is given is not valid, a run does not have the metric, or the law raises.
     """
     __tracebackhide__ = True  # pytest shows the line that called
-    given = {"max_tip_error_mm": max_tip_error_mm, "rms_error_rad": rms_error_rad, "max_error_rad": max_error_rad}
-    bounds = {name: float(bound) for name, bound in given.items() if bound is not None}
-    for name, bound in bounds.items():
-        if not (bound > 0.0 and isfinite(bound)):
-            raise ParameterError(f"{name} = {bound}: a bound must be a number greater than 0")
-    if not bounds:
-        raise ParameterError(f"a bound is needed: one or more of {', '.join(given)}")
+    limits = {name: _limit(name, bound) for name, bound in bounds.items() if bound is not None}
+    if not limits:
+        raise ParameterError(f"a bound is needed: one or more of {', '.join(METRICS)}")
     chosen = law() if isinstance(law, type) else law
     values = dict(experiment) if experiment is not None else {}
     wrists = family if family is not None else WristGrid()
     work = wrists.experiments(Experiment(**{**values, "law": chosen}))
-    results = in_threads(_run, work, jobs)
-    missed = [result for result in results if result.excess(bounds) > 1.0]
+    results = Runner(jobs).map(partial(_run, limits), work)
+    missed = [result for result in results if result.excess(limits) > 1.0]
     if missed:
         # of runs that diverged, the one that did so first
-        worst = max(missed, key=lambda result: (result.excess(bounds), -result.outcome.time))
-        raise AssertionError(_complaint(worst, len(missed), len(results), bounds, wrists))
+        worst = max(missed, key=lambda result: (result.excess(limits), -result.outcome.time))
+        raise AssertionError(_complaint(worst, len(missed), len(results), limits, wrists))
     return results
 
 
-def _run(experiment: Experiment, simulate: Simulate) -> Tracked:
-    run = simulate(experiment, False)
+def _run(limits: Mapping[str, float], experiment: Experiment, worker: Worker) -> Tracked:
+    run = worker.measure(experiment)
+    for name in limits:
+        if name not in run.metrics.available:
+            raise ParameterError(f"{name}: the run has no such metric, which is of {METRICS[name].needs.runs}")
     return Tracked(experiment, run.outcome, run.metrics)
+
+
+def _limit(name: str, bound: Any) -> float:
+    if name not in METRICS:
+        raise UnknownNameError("metric", name, METRICS)
+    try:
+        limit = float(bound)
+    except (TypeError, ValueError):
+        limit = 0.0
+    if not (limit > 0.0 and isfinite(limit)):
+        raise ParameterError(f"{name} = {bound}: a bound must be a number greater than 0")
+    return limit
 
 
 def _complaint(worst: Tracked, missed: int, total: int, bounds: Mapping[str, float], family: WristFamily) -> str:
     wanted = " and ".join(f"{name} ≤ {bound:g}" for name, bound in bounds.items())
     if worst.outcome.status is Status.COMPLETED:
-        figures = ((name, getattr(worst.metrics, name), bound) for name, bound in bounds.items())
-        found = ", ".join(
-            f"{name} = {figure:.4g} ({figure / bound:.3g} × the bound)" for name, figure, bound in figures
-        )
+        found = ", ".join(_against(name, worst.metrics[name], bound) for name, bound in bounds.items())
     else:
         found = str(worst.outcome)
     values = ", ".join(f"{name}={value!r}" for name, value in family)
@@ -137,6 +144,12 @@ def _complaint(worst: Tracked, missed: int, total: int, bounds: Mapping[str, flo
             f"  family: {type(family).__name__}({values})",
         )
     )
+
+
+def _against(name: str, figure: float | None, bound: float) -> str:
+    if figure is None:
+        return f"{name} has no value"
+    return f"{name} = {figure:.4g} ({figure / bound:.3g} × the bound)"
 
 
 def _replay(experiment: Experiment) -> str:

@@ -23,15 +23,17 @@ class Disturbance(Member):
 
     kind: ClassVar[str] = "disturbance"
 
-    level: NonNegative = quantity(0.25, "", "size as a fraction of the reference's peak nominal torque")
+    level: NonNegative = quantity(
+        0.25, "", "size as a fraction of the reference's peak nominal torque", acts_with={"amplitude": None}
+    )
     amplitude: NonNegative | None = quantity(None, "N·m", "size as a torque, instead of the level")
 
     def shape(self, random: np.random.Generator) -> Torque:
-        """The disturbance of unit size."""
+        """Return the disturbance of unit size."""
         raise NotImplementedError("a disturbance needs a method shape(self, random)")
 
     def torque(self, peak: float, random: np.random.Generator) -> Torque:
-        """The disturbance in N·m.
+        """Return the disturbance in N·m.
 
         Args:
             peak: largest component of the torque that the nominal model needs for the reference [N·m].

@@ -1,7 +1,7 @@
-"""The nominal model's inertia matrix and bias, and the torque that a reference needs.
+"""Inertia matrix and bias of the nominal model, and inverse dynamics of a reference.
 
-These functions run as they stand on MuJoCo's Python bindings, and are compiled into the closed loop, where the same
-names are libmujoco's C functions and ``model`` and ``data`` are their addresses.
+Interpreted, these functions call MuJoCo's Python bindings. Compiled into the closed loop, the same names are the C
+functions of libmujoco, and ``model`` and ``data`` are addresses.
 """
 
 from typing import Any, NamedTuple
@@ -23,15 +23,15 @@ from spherical_wrist.so3 import Quaternion, Vector3
 Array = npt.NDArray[np.float64]
 
 MOTION = np.dtype([("attitude", "f8", 4), ("rate", "f8", 3), ("acceleration", "f8", 3)], align=True)
-"""One instant of a reference: quaternion, ω_d [rad/s] and ω̇_d [rad/s²], both in the desired frame."""
+"""Reference at one instant: attitude q_d, rate ω_d [rad/s] and acceleration ω̇_d [rad/s²], both in the desired frame."""
 
 
 class Nominal(NamedTuple):
-    """The nominal model and the parts of its data that the loop touches.
+    """Nominal model, and views of the data that the loop reads or writes.
 
     Attributes:
-        model: an MjModel, or its address.
-        data: its MjData, or its address.
+        model: MjModel, or its address.
+        data: MjData, or its address.
         qpos: view of ``data.qpos`` (4,).
         qvel: view of ``data.qvel`` (3,).
         passive: view of ``data.qfrc_passive`` (3,).
@@ -45,15 +45,15 @@ class Nominal(NamedTuple):
 
 
 def pointer(array: Array) -> Any:
-    """What a MuJoCo function takes for an array: the array itself here, its address in compiled code."""
+    """Return the argument of a MuJoCo function for an array: the array itself; in compiled code, its address."""
     return array
 
 
 def evaluate(nominal: Nominal, attitude: Quaternion, rate: Vector3, H: Array, N: Array) -> None:
-    """Writes H (3, 3) and N (3,) of the nominal model at a state.
+    """Write H (3, 3) and N (3,) of the nominal model at a state.
 
-    H is ``mj_fullM``. N is ``qfrc_bias`` (Coriolis, centrifugal, gravity) less ``qfrc_passive``, the damping that the
-    nominal model knows of, so that H ω̇ + N is the torque that moves it with ω̇.
+    H is ``mj_fullM``. N is ``qfrc_bias`` (Coriolis, centrifugal, gravity) minus ``qfrc_passive`` (damping), so that the
+    torque H ω̇ + N gives the acceleration ω̇.
     """
     for i in range(4):
         nominal.qpos[i] = attitude[i]
@@ -71,7 +71,7 @@ def evaluate(nominal: Nominal, attitude: Quaternion, rate: Vector3, H: Array, N:
 
 
 def inverse_dynamics(nominal: Nominal, motion: Any, H: Array, torque: Array) -> None:
-    """Writes the torques (n, 3) [N·m] with which the nominal model follows ``motion``, an array of MOTION (n,)."""
+    """Write the torques (n, 3) [N·m] that make the nominal model follow ``motion``, MOTION (n,)."""
     for k in range(len(motion)):
         q, w = motion[k].attitude, motion[k].rate
         evaluate(nominal, (q[0], q[1], q[2], q[3]), (w[0], w[1], w[2]), H, torque[k])

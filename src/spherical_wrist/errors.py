@@ -1,7 +1,7 @@
-"""What can go wrong, as exceptions a person can act on.
+"""Exceptions that say what was given, what is valid and what to do.
 
-Every error that the package raises on purpose is a :class:`WristError`: one line that says what was given, what is
-valid and what to do. A run that diverges is not an error but an outcome.
+Every error that the package raises on purpose is a :class:`WristError` with a message of one line. A run that diverges
+is not an error but an outcome.
 """
 
 from collections.abc import Iterable
@@ -13,33 +13,33 @@ class WristError(Exception):
 
 
 class ParameterError(WristError):
-    """A parameter, a name or a whole experiment is not valid."""
+    """Invalid parameter, name or experiment."""
 
 
 class ModelError(WristError):
-    """An MJCF file cannot serve as a wrist."""
+    """MJCF file that is not a wrist."""
 
 
 class LawError(WristError):
-    """A control law cannot be loaded, cannot be compiled, or does not return a torque."""
+    """Control law that cannot be loaded or compiled, or does not return a torque."""
 
 
 class RecordingError(WristError):
-    """A recording cannot be written or read."""
+    """Recording that cannot be written or read."""
 
 
 class ViewerError(WristError):
-    """A viewer cannot be opened, reached, or does not show a recording."""
+    """Viewer that cannot be opened or reached, or does not show a recording."""
 
 
 class UnknownNameError(ParameterError):
-    """A name that is not among the valid ones.
+    """Name that is not among the valid ones.
 
     Args:
-        kind: what the name stands for, such as ``"law"``.
-        given: the name as it was given.
-        valid: the names that would have been valid.
-        advice: what to do, appended to the message.
+        kind: kind of thing that is named, such as ``"law"``.
+        given: name as it was given.
+        valid: valid names.
+        advice: text appended to the message.
     """
 
     def __init__(self, kind: str, given: object, valid: Iterable[str], advice: str = "") -> None:
@@ -50,6 +50,6 @@ class UnknownNameError(ParameterError):
 
 
 def one_line(error: object, limit: int = 300) -> str:
-    """The text of an error, or of anything, in one line of at most ``limit`` characters, for use in a message."""
+    """Return the text of an error, or of anything, in one line of at most ``limit`` characters."""
     text = " ".join(str(error).split()) or type(error).__name__
     return text if len(text) <= limit else text[: limit - 1] + "…"

@@ -1,8 +1,8 @@
-"""Files that are written whole or not at all.
+"""Atomic writing of files: completely or not at all.
 
-Where the system can, the content goes to a file that has no name until it is complete: a process that is killed leaves
-nothing behind. Elsewhere (macOS, some network file systems) it goes to a hidden file ``.wrist-….part`` beside the
-target, which a kill may leave; commands clear it away when they next write into that folder.
+If the system supports it, the content goes to a file that has no name until it is complete: a process that is killed
+leaves nothing behind. Otherwise (macOS, some network file systems) it goes to a hidden file ``.wrist-….part`` beside
+the target. A killed process may leave that file; commands remove it when they next write into that folder.
 """
 
 import errno
@@ -29,37 +29,37 @@ _ADVICE = {
     errno.ENAMETOOLONG: "choose a shorter name",
 }
 _NAMELESS_UNKNOWN = (errno.EOPNOTSUPP, errno.EISDIR, errno.EINVAL)
-"""What file systems answer that know no files without a name."""
+"""Errors of file systems that do not support files without a name."""
 
 _LEFTOVER = re.compile(r"\.wrist-[0-9a-f]{16}\.part")
 LEFT_AFTER = 600.0
-"""Age [s] from which a hidden file counts as left behind: nobody writes that long."""
+"""Age [s] from which a hidden file counts as left behind; no file takes so long to write."""
 
 
-def write_whole(path: Path, content: bytes | Iterable[bytes], what: str = "recording") -> None:
-    """Writes a file so that ``path`` holds either all of ``content`` or what it held before.
+def write_whole(path: Path, content: bytes | Iterable[bytes], kind: str = "recording") -> None:
+    """Write a file so that ``path`` holds either all of ``content`` or its previous content.
 
-    Where the path is a symbolic link, the file that it points to is replaced; other hard links keep what they had.
+    If the path is a symbolic link, the file that it points to is replaced; other hard links keep the previous content.
 
     Args:
         path: the file.
-        content: all of it, or its pieces one after the other, of which only one need be in memory at a time.
-        what: what to call it where it cannot be written.
+        content: all of it, or an iterable of its pieces, of which only one is in memory at a time.
+        kind: name of the kind of file in error messages.
 
     Raises:
         RecordingError: the file cannot be written; nothing is left behind.
     """
-    write_together({path: content}, what)
+    write_together({path: content}, kind)
 
 
-def write_together(contents: Mapping[Path, bytes | Iterable[bytes]], what: str = "file") -> None:
-    """Writes files as :func:`write_whole` does, but names none before all of them are on the disk.
+def write_together(contents: Mapping[Path, bytes | Iterable[bytes]], kind: str = "file") -> None:
+    """Write files as :func:`write_whole` does, but replace none before all of them are on the disk.
 
-    So where there is no room for all, what was there before still fits together.
+    If the disk has no room for all of them, the previous files still belong together.
 
     Args:
-        contents: what each file shall hold, by path.
-        what: what to call them.
+        contents: content of each file, keyed by path.
+        kind: name of the kind of file in error messages.
 
     Raises:
         RecordingError: one of them cannot be written; the message names it.
@@ -67,56 +67,56 @@ def write_together(contents: Mapping[Path, bytes | Iterable[bytes]], what: str =
     with ExitStack() as stack:
         filled = []
         for path, content in contents.items():
-            with _target(path, what) as target:
+            with _target(path, kind) as target:
                 draft = stack.enter_context(_draft(target.parent))
                 draft.fill(content)
                 filled.append((path, draft))
         for path, draft in filled:
-            with _target(path, what) as target:
+            with _target(path, kind) as target:
                 draft.become(target)
     for folder in {Path(os.path.realpath(path)).parent for path in contents}:
         _settle(folder)
 
 
 @contextmanager
-def replacing(path: Path, what: str = "file") -> Iterator[Path]:
-    """Writes a file bit by bit so that ``path`` holds either all of it or what it held before.
+def replacing(path: Path, kind: str = "file") -> Iterator[Path]:
+    """Write a file piece by piece so that ``path`` holds either all of it or its previous content.
 
     Args:
         path: the file.
-        what: what to call it where it cannot be written.
+        kind: name of the kind of file in error messages.
 
     Yields:
-        A path under which the caller opens what is to become the file, to write and, if need be, to read it again.
+        A path under which the caller opens the new file, to write and, if needed, to read it again.
 
     Raises:
         RecordingError: the file cannot be written; nothing is left behind.
     """
-    with _target(path, what) as target, _draft(target.parent) as draft:
+    with _target(path, kind) as target, _draft(target.parent) as draft:
         yield draft.path
         os.fsync(draft.descriptor)
         draft.become(target)
     _settle(target.parent)
 
 
-def check_writable(path: Path, what: str = "recording") -> None:
-    """Refuses a file that could not be written, before the work that would be in it; clears its folder of leftovers.
+def check_writable(path: Path, kind: str = "recording") -> None:
+    """Check that a file can be written, before the work on its content; remove leftovers from its folder.
 
     Args:
         path: the file.
-        what: what to call it.
+        kind: name of the kind of file in error messages.
 
     Raises:
-        RecordingError: something that is not a file is there, or its directory does not exist or cannot be written to.
+        RecordingError: the path is not that of a file, or its directory does not exist or cannot be written to.
     """
-    with _target(path, what) as target:
+    with _target(path, kind) as target:
         with _draft(target.parent):
             pass
         _clear_leftovers(target.parent)
 
 
 def make_folder(folder: Path) -> None:
-    """Makes a folder where there is none, and makes sure that files can be written to it; clears it of leftovers.
+    """Create a folder if it does not exist, check that files can be written to it, and remove leftovers from it.
 
     Raises:
         RecordingError: it cannot be made or written to.
@@ -129,12 +129,12 @@ def make_folder(folder: Path) -> None:
 
 
 class _Draft(NamedTuple):
-    """A file that is being written.
+    """File that is being written.
 
     Attributes:
         descriptor: the open file.
-        hidden: a name for it before it has its own.
-        nameless: whether it has none yet.
+        hidden: temporary name.
+        nameless: True if it has no name yet.
     """
 
     descriptor: int
@@ -143,11 +143,11 @@ class _Draft(NamedTuple):
 
     @property
     def path(self) -> Path:
-        """Where it can be opened."""
+        """Path under which the file can be opened."""
         return _opened(self.descriptor) if self.nameless else self.hidden
 
     def fill(self, content: bytes | Iterable[bytes]) -> None:
-        """Brings all of the content to the disk."""
+        """Write all of the content to the disk."""
         for piece in (content,) if isinstance(content, bytes) else content:
             rest = memoryview(piece)
             while rest:
@@ -155,13 +155,13 @@ class _Draft(NamedTuple):
         os.fsync(self.descriptor)
 
     def become(self, target: Path) -> None:
-        """Takes the name of the target, and the place of what is there."""
+        """Rename the file to the target, and replace an existing one."""
         if self.nameless:
             opened = _opened(self.descriptor)
             try:  # given src_dir_fd, Python follows the link that this is, as it must
                 os.link(opened, target, src_dir_fd=self.descriptor)
                 return
-            except FileExistsError:  # only what has a name can replace it
+            except FileExistsError:  # only a file that has a name can replace it
                 os.link(opened, self.hidden, src_dir_fd=self.descriptor)
         self.hidden.replace(target)
 
@@ -182,7 +182,7 @@ def _draft(folder: Path) -> Iterator[_Draft]:
 
 
 def _open_nameless(folder: Path) -> int | None:
-    """A new file in a folder that has no name there; None where the system has no such files."""
+    """Open a new file without a name in a folder; return None if the system does not support such files."""
     if not (hasattr(os, "O_TMPFILE") and _opened(0).parent.is_dir()):
         return None
     try:
@@ -198,20 +198,20 @@ def _opened(descriptor: int) -> Path:
 
 
 @contextmanager
-def _target(path: Path, what: str) -> Iterator[Path]:
-    """The file that a path stands for, once it is sure that it is or can be one; errors of the system become ours."""
-    said = f"{what} {str(path)!r} cannot be written"
+def _target(path: Path, kind: str) -> Iterator[Path]:
+    """Yield the file that a path leads to, checked to be a file or free; raise a RecordingError for system errors."""
+    said = f"{kind} {str(path)!r} cannot be written"
     with _explained(said):
         target = Path(os.path.realpath(path))  # fails where the working directory was deleted
         if target.exists() and not target.is_file():
-            kind = "a directory" if target.is_dir() else "not a regular file"
-            raise RecordingError(f"{said}: it is {kind}; give the path of a file")
+            found = "a directory" if target.is_dir() else "not a regular file"
+            raise RecordingError(f"{said}: it is {found}; give the path of a file")
         yield target
 
 
 @contextmanager
 def _explained(said: str) -> Iterator[None]:
-    """An error of the system in a line that begins with what is said, and ends with what to do."""
+    """Raise a RecordingError for a system error: the given text, the reason, and advice."""
     try:
         yield
     except OSError as error:
@@ -220,7 +220,7 @@ def _explained(said: str) -> Iterator[None]:
 
 
 def _clear_leftovers(folder: Path) -> None:
-    """Removes the hidden files that killed commands have left in a folder; those of running ones are younger."""
+    """Remove the hidden files that killed commands have left in a folder; those of running commands are younger."""
     with suppress(OSError), os.scandir(folder) as entries:
         for entry in entries:
             with suppress(OSError):
@@ -229,7 +229,7 @@ def _clear_leftovers(folder: Path) -> None:
 
 
 def _settle(directory: Path) -> None:
-    """Makes a rename survive a power cut, where the file system can; the file itself is complete either way."""
+    """Flush a directory, so that a rename survives a power cut; the file itself is complete in any case."""
     with suppress(OSError):
         descriptor = os.open(directory, os.O_RDONLY)
         try:

@@ -1,4 +1,4 @@
-"""Frozen, validated parameters with units: the base of every law, reference and disturbance.
+"""Frozen, validated parameters with units: the base of every law, reference, disturbance, sensor and motor.
 
 A *family* is a direct subclass of :class:`Member`, such as ``Law``; its subclasses are its members. Each carries a name
 and its parameters as annotated fields, is written in a file of its own and joins its family by being defined.
@@ -17,7 +17,7 @@ from spherical_wrist.user_file import member_from_file
 
 
 def _per_axis(value: Any) -> Any:
-    """One number stands for all three axes; arrays become tuples."""
+    """Expand one number to all three axes, and turn arrays into tuples."""
     value = value.tolist() if hasattr(value, "tolist") else value
     if isinstance(value, bool | int | float):
         return (value, value, value)
@@ -33,15 +33,89 @@ PositiveVector = Annotated[tuple[Positive, Positive, Positive], BeforeValidator(
 NonNegativeVector = Annotated[tuple[NonNegative, NonNegative, NonNegative], BeforeValidator(_per_axis)]
 
 
-def quantity(default: Any, unit: str, meaning: str) -> Any:
-    """A field with a default, a unit (``""`` where it has none) and a meaning; the annotation says what is valid."""
-    return Field(default, description=meaning, json_schema_extra={"unit": unit})
+def quantity(
+    default: Any, unit: str, meaning: str, *, gain: bool = True, acts_with: Mapping[str, Any] | None = None
+) -> Any:
+    """Declare a parameter; the annotation of the field says which values are valid.
+
+    Args:
+        default: value where none is given.
+        unit: physical unit, ``""`` for a number without one.
+        meaning: one line for tables and help.
+        gain: False for a positive number or vector of a law that nobody tunes, such as a limit of the motors.
+        acts_with: of a parameter that has an effect only beside others: their names, each with the value that it
+            must have, or ``True`` for any value but zero, false and empty. One of them is enough.
+    """
+    extra: dict[str, Any] = {"unit": unit}
+    if not gain:
+        extra["gain"] = False
+    if acts_with:
+        extra["acts_with"] = dict(acts_with)
+    return Field(default, description=meaning, json_schema_extra=extra)
+
+
+def inherited(model: type[BaseModel], name: str, default: Any) -> Any:
+    """Declare another default for a parameter of a base class, whose unit, meaning and effects stay."""
+    return quantity(default, unit_of(model, name), model.model_fields[name].description or "")
 
 
 def unit_of(model: type[BaseModel], name: str) -> str:
-    """The unit of one field, ``""`` where it has none."""
-    extra = model.model_fields[name].json_schema_extra
-    return str(extra.get("unit", "")) if isinstance(extra, dict) else ""
+    """Return the unit of a field, ``""`` if it has none."""
+    return str(_declared(model, name, "unit", ""))
+
+
+def is_gain(model: type[BaseModel], name: str) -> bool:
+    """Return False if a field is declared as no gain."""
+    return bool(_declared(model, name, "gain", True))
+
+
+def matters(model: type[BaseModel], name: str, values: Mapping[str, Any]) -> bool:
+    """Return False if a parameter has no effect because those that it acts with are off.
+
+    Args:
+        model: class that declares the parameter.
+        name: parameter.
+        values: values of the other parameters by name, as in an instance or in a recording; defaults stand for
+            those that are missing.
+    """
+    needs: Mapping[str, Any] = _declared(model, name, "acts_with", {})
+    for other, needed in needs.items():
+        value = values.get(other, model.model_fields[other].default)
+        found = not _off(value) if needed is True else _same(value, needed)
+        if found and matters(model, other, values):
+            return True
+    return not needs
+
+
+def _declared(model: type[BaseModel], name: str, key: str, default: Any) -> Any:
+    """Return an entry of :func:`quantity`; a class that gives a field another default keeps the entries of its base."""
+    for base in model.__mro__:
+        field = base.model_fields.get(name) if issubclass(base, BaseModel) else None
+        if field is not None and isinstance(field.json_schema_extra, dict) and key in field.json_schema_extra:
+            return field.json_schema_extra[key]
+    return default
+
+
+def _first_default(model: type[BaseModel], name: str) -> Any:
+    """Return the default of a field in the class that first declares it."""
+    first = next(each for each in reversed(model.__mro__) if issubclass(each, BaseModel) and name in each.model_fields)
+    return first.model_fields[name].default
+
+
+def _off(value: Any) -> bool:
+    """True for zero, false, empty, none, and vectors of these."""
+    return all(map(_off, value)) if isinstance(value, list | tuple) else not value
+
+
+def _same(value: Any, other: Any) -> bool:
+    """True if two values are equal; a list equals a tuple, and one number a vector that has it on every axis."""
+    several = [isinstance(each, list | tuple) for each in (value, other)]
+    if all(several):
+        return len(value) == len(other) and all(map(_same, value, other))
+    if any(several):
+        many, one = (value, other) if several[0] else (other, value)
+        return len(many) == 3 and all(_same(each, one) for each in many)
+    return bool(value == other)
 
 
 class Parameters(BaseModel):
@@ -51,7 +125,7 @@ class Parameters(BaseModel):
         ParameterError: in one line, where a value or a name is not valid.
     """
 
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, validate_default=True)
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, validate_default=True, defer_build=True)
 
     def __init__(self, **values: Any) -> None:
         try:
@@ -59,8 +133,18 @@ class Parameters(BaseModel):
         except ValidationError as error:
             raise ParameterError(_explain(error, type(self))) from None
 
+    def __eq__(self, other: object) -> bool:
+        """Return True if all parameters are equal, whatever has been computed from them so far."""
+        if type(self) is not type(other):
+            return NotImplemented
+        return all(getattr(self, name) == getattr(other, name) for name in type(self).model_fields)
+
+    def __hash__(self) -> int:
+        """Return a hash of the parameters."""
+        return hash((type(self), *(getattr(self, name) for name in type(self).model_fields)))
+
     def replaced(self, **changes: Any) -> Self:
-        """A copy with some parameters changed, validated again."""
+        """Return a copy with some parameters changed, validated again."""
         return type(self)(**{**{name: getattr(self, name) for name in type(self).model_fields}, **changes})
 
 
@@ -69,9 +153,9 @@ class Member(Parameters):
 
     Attributes:
         name: the member's name: the class name in snake case, so ``ComputedTorque`` is ``"computed_torque"``.
-        address: what an experiment calls the member: its name, or where it was loaded from.
+        address: name of the member in an experiment: its name, or the file that it was loaded from.
         files: of a member from a user's own file, that file and the modules beside it that it imports, as read then.
-        fault: what is raised where a user's own file cannot be loaded.
+        fault: error that is raised if a user's own file cannot be loaded.
         members: of a family, its members by name, without those that a user's own file defines.
     """
 
@@ -84,7 +168,7 @@ class Member(Parameters):
 
     @classmethod
     def __pydantic_init_subclass__(cls, **_: Any) -> None:
-        """Names the class; puts it in its family where the package itself defines it."""
+        """Name the class, and register it in its family if the package itself defines it."""
         cls.name = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", cls.__name__).lower()
         cls.address = cls.name
         if Member in cls.__bases__:
@@ -96,18 +180,31 @@ class Member(Parameters):
     def _with_name(self, standard: Any) -> dict[str, Any]:
         return {"name": self.address, **standard(self)}
 
+    @property
+    def acting(self) -> tuple[str, ...]:
+        """Names of the parameters that have an effect: not at the default of the class that first declares them.
+
+        The defaults of a family are harmless: a member in which no parameter acts does nothing.
+        """
+        values = {name: getattr(self, name) for name in type(self).model_fields}
+        return tuple(
+            name
+            for name, value in values.items()
+            if not _same(value, _first_default(type(self), name)) and matters(type(self), name, values)
+        )
+
     @classmethod
     def source(cls) -> bytes:
-        """All text of the user's own file and its helpers that the member was loaded from; empty for the package's."""
+        """Return all text of the user's file that defines the member and of its helpers; empty for the package's."""
         return b"".join(content for _, content in sorted(cls.files.items()))
 
     @classmethod
     def resolve(cls, given: Any, default: str) -> Any:
-        """The member that ``given`` describes: an instance, a name, or a table of ``name`` and parameters.
+        """Return the member that ``given`` describes: an instance, a name, or a table of ``name`` and parameters.
 
         Args:
             given: the description.
-            default: the name that a table without one stands for.
+            default: name for a table that has none.
 
         Raises:
             UnknownNameError: the name is not in the family; the message has the nearest valid one.
@@ -127,7 +224,7 @@ class Member(Parameters):
 
     @classmethod
     def member(cls, name: Any) -> "type[Member]":
-        """The member of the family with a name, or ``path/to/file.py:Name`` from a user's own file.
+        """Return the member with a name, or that of ``path/to/file.py:Name`` from a user's own file.
 
         Raises:
             UnknownNameError: there is none; the message has the nearest valid one.
@@ -141,7 +238,7 @@ class Member(Parameters):
 
 
 def _explain(error: ValidationError, model: type[BaseModel]) -> str:
-    """The first complaint of a validation in one line, with the number of further ones."""
+    """Return the first fault of a validation in one line, with the number of further ones."""
     details = error.errors()
     more = f" (and {len(details) - 1} more)" if len(details) > 1 else ""
     return _sentence(details[0], model) + more
@@ -151,11 +248,11 @@ def _sentence(detail: ErrorDetails, model: type[BaseModel]) -> str:
     path = [str(part) for part in detail["loc"]]
     if detail["type"] == "extra_forbidden":
         return str(UnknownNameError("parameter", path[-1], model.model_fields))
-    said = detail["msg"].removeprefix("Value error, ")
-    said = said.replace("Input should be", "must be").replace("valid number", "number")
-    if not path:  # of a validator of the whole: its own words say what
-        return one_line(said)
+    message = detail["msg"].removeprefix("Value error, ")
+    message = message.replace("Input should be", "must be").replace("valid number", "number")
+    if not path:  # raised by a validator of the whole model, which names the parameters itself
+        return one_line(message)
     field = path[0]
     unit = f" [{unit_of(model, field)}]" if field in model.model_fields and unit_of(model, field) else ""
     given = one_line(repr(detail["input"]), limit=80)
-    return one_line(f"{'.'.join(path)} = {given}{unit}: {said}")
+    return one_line(f"{'.'.join(path)} = {given}{unit}: {message}")

@@ -1,19 +1,23 @@
 """Rotations as unit quaternions (w, x, y, z), body → world, without a singularity.
 
-Plain functions of floats that return tuples: they run interpreted and are compiled into the closed loop. ``log`` has
-no singularity up to and including a half turn, and treats q and −q alike; its one ambiguity is the axis of an exact
-half turn, where both answers are right. Conventions as MuJoCo's ``mju_*`` functions, which the tests check against.
+These plain functions of floats and tuples run interpreted, and are compiled into the closed loop. ``log`` has no
+singularity up to and including a half turn, and gives the same result for q and −q. It is ambiguous only at an exact
+half turn, where either sign of the axis is correct. Conventions are those of MuJoCo's ``mju_*`` functions. The last
+functions do the same for arrays of many attitudes, in NumPy.
 """
 
 from math import atan2, cos, sin, sqrt
-from typing import NamedTuple
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
 
 Vector3 = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
 
 
 def quaternion_product(p: Quaternion, q: Quaternion) -> Quaternion:
-    """The Hamilton product p ⊗ q: first q, then p, for vectors turned from body to world."""
+    """Compute the Hamilton product p ⊗ q, which rotates a vector from body to world by q first, then by p."""
     return (
         p[0] * q[0] - p[1] * q[1] - p[2] * q[2] - p[3] * q[3],
         p[0] * q[1] + p[1] * q[0] + p[2] * q[3] - p[3] * q[2],
@@ -23,12 +27,12 @@ def quaternion_product(p: Quaternion, q: Quaternion) -> Quaternion:
 
 
 def relative_attitude(q: Quaternion, target: Quaternion) -> Quaternion:
-    """q⁻¹ ⊗ target: the target seen from the body frame."""
+    """Compute q⁻¹ ⊗ target: the target attitude relative to the body frame."""
     return quaternion_product((q[0], -q[1], -q[2], -q[3]), target)
 
 
 def quaternion_exp(v: Vector3) -> Quaternion:
-    """The attitude reached by the rotation vector v [rad] from the identity: (cos |v|/2, v/|v| sin |v|/2)."""
+    """Compute the quaternion of the rotation vector v [rad]: (cos |v|/2, v/|v| sin |v|/2)."""
     angle = sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2])
     # below 1e-4 the second term of the series is under the rounding of the first
     scale = 0.5 - angle * angle / 48.0 if angle < 1e-4 else sin(0.5 * angle) / angle
@@ -36,7 +40,7 @@ def quaternion_exp(v: Vector3) -> Quaternion:
 
 
 def quaternion_log(q: Quaternion) -> Vector3:
-    """The shortest rotation vector [rad], |v| ≤ π, with exp(v) = ±q. The norm of q does not matter."""
+    """Compute the shortest rotation vector v [rad], |v| ≤ π, with exp(v) = ±q. The norm of q does not matter."""
     w, x, y, z = q
     if w < 0.0:
         w, x, y, z = -w, -x, -y, -z
@@ -48,12 +52,12 @@ def quaternion_log(q: Quaternion) -> Vector3:
 
 
 def cross(a: Vector3, b: Vector3) -> Vector3:
-    """The vector product a × b."""
+    """Compute the cross product a × b."""
     return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
 
 
 def rotate(q: Quaternion, v: Vector3) -> Vector3:
-    """R(q) v: a vector of the body frame in the world frame."""
+    """Compute R(q) v: a body-frame vector in the world frame."""
     u = (q[1], q[2], q[3])
     t = cross(u, v)
     t = (2.0 * t[0], 2.0 * t[1], 2.0 * t[2])
@@ -62,12 +66,12 @@ def rotate(q: Quaternion, v: Vector3) -> Vector3:
 
 
 def attitude_error(q: Quaternion, desired: Quaternion) -> Vector3:
-    """The error e = log(q⁻¹ ⊗ q_d) [rad], body frame: the paper's desired minus actual, eq. (9), on SO(3)."""
+    """Compute the attitude error e = log(q⁻¹ ⊗ q_d) [rad], body frame: eq. (9), desired minus actual, on SO(3)."""
     return quaternion_log(relative_attitude(q, desired))
 
 
 def rate_error(q: Quaternion, rate: Vector3, desired: Quaternion, desired_rate: Vector3) -> Vector3:
-    """The error ė = R(q⁻¹ q_d) ω_d − ω [rad/s], body frame; d/dt of the attitude error to first order in e only."""
+    """Compute the rate error ė = R(q⁻¹ q_d) ω_d − ω [rad/s], body frame; it is d/dt of e to first order in e only."""
     carried = rotate(relative_attitude(q, desired), desired_rate)
     return (carried[0] - rate[0], carried[1] - rate[1], carried[2] - rate[2])
 
@@ -75,9 +79,9 @@ def rate_error(q: Quaternion, rate: Vector3, desired: Quaternion, desired_rate: 
 def feed_forward(
     q: Quaternion, rate: Vector3, desired: Quaternion, desired_rate: Vector3, desired_acceleration: Vector3
 ) -> Vector3:
-    """R_e ω̇_d − ω × R_e ω_d [rad/s²], R_e = R(q⁻¹ q_d): the desired acceleration carried into the body frame.
+    """Compute the feed-forward R_e ω̇_d − ω × R_e ω_d [rad/s²], R_e = R(q⁻¹ q_d): the desired acceleration, body frame.
 
-    It is d/dt (R_e ω_d): a body whose ω̇ equals it keeps its rate error ė constant.
+    It is d/dt (R_e ω_d): with ω̇ equal to it, the rate error ė is constant.
     """
     turn = relative_attitude(q, desired)
     acceleration = rotate(turn, desired_acceleration)
@@ -86,14 +90,14 @@ def feed_forward(
 
 
 class State(NamedTuple):
-    """An attitude and the body-frame rate [rad/s] in it."""
+    """Attitude, and body-frame rate [rad/s]."""
 
     attitude: Quaternion
     rate: Vector3
 
 
 def advance(q: Quaternion, rate: Vector3, acceleration: Vector3, time: float) -> State:
-    """The state after ``time`` [s] under a constant body-frame acceleration [rad/s²], to second order in time."""
+    """Compute the state after ``time`` [s] at constant body-frame acceleration [rad/s²], to second order in time."""
     half = 0.5 * time
     mean = (
         time * (rate[0] + half * acceleration[0]),
@@ -106,3 +110,36 @@ def advance(q: Quaternion, rate: Vector3, acceleration: Vector3, time: float) ->
         rate[2] + time * acceleration[2],
     )
     return State(quaternion_product(q, quaternion_exp(mean)), reached)
+
+
+Array = npt.NDArray[np.float64]
+
+
+def rotation_vectors(attitudes: Array) -> Array:
+    """Compute the shortest rotation vectors [rad], (n, 3), of attitudes (n, 4); see :func:`quaternion_log`.
+
+    Rows that are not finite give vectors that are not.
+    """
+    with np.errstate(all="ignore"):
+        w, v = attitudes[:, :1], attitudes[:, 1:]
+        sine = np.sqrt(np.square(v).sum(axis=1, keepdims=True))
+        angle = 2.0 * np.arctan2(sine, np.abs(w))
+        vectors: Array = np.where(w < 0.0, -v, v) * (angle / np.where(sine > 0.0, sine, 1.0))
+    return vectors
+
+
+def products(p: Array, q: Array) -> Array:
+    """Compute the Hamilton products p ⊗ q of quaternions (4,) or (n, 4), row by row; see :func:`quaternion_product`."""
+    components: Any = quaternion_product(tuple(p.T), tuple(q.T))
+    return np.stack(np.broadcast_arrays(*components), axis=-1)
+
+
+def inverses(q: Array) -> Array:
+    """Compute the inverses of unit quaternions (4,) or (n, 4)."""
+    inverse: Array = q * np.array([1.0, -1.0, -1.0, -1.0])
+    return inverse
+
+
+def attitude_errors(attitudes: Array, desired: Array) -> Array:
+    """Compute log(q⁻¹ ⊗ q_d) [rad], (n, 3), of attitudes (n, 4) row by row; see :func:`attitude_error`."""
+    return rotation_vectors(products(inverses(attitudes), desired))

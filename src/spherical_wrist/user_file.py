@@ -19,7 +19,7 @@ class UserFile(NamedTuple):
     """A user's file as it was loaded.
 
     Attributes:
-        module: what it defines.
+        module: the loaded module.
         files: the file and the modules of its own folder that came in with it, as they were read then.
     """
 
@@ -28,7 +28,7 @@ class UserFile(NamedTuple):
 
 
 def member_from_file(address: str, family: "type[Member]") -> "type[Member]":
-    """The member of a family that ``path/to/file.py:Name`` stands for.
+    """Return the member of a family that ``path/to/file.py:Name`` stands for.
 
     Args:
         address: file and name; the name is that of the class, or the same in snake case.
@@ -64,7 +64,7 @@ def member_from_file(address: str, family: "type[Member]") -> "type[Member]":
 
 
 class _FileError(Exception):
-    """What is wrong with a file, in words that follow its name."""
+    """A user's file cannot be loaded; the message follows its name."""
 
 
 _helpers: set[str] = set()
@@ -73,7 +73,7 @@ _helpers: set[str] = set()
 
 @cache
 def _loaded(path: Path, content: bytes) -> UserFile:
-    """The file as a module; the content is part of the key, so that an edited file is loaded anew.
+    """Return the file as a module; the content is part of the key, so that an edited file is loaded anew.
 
     Raises:
         _FileError: it is no Python file, or raises.
@@ -93,8 +93,8 @@ def _loaded(path: Path, content: bytes) -> UserFile:
         spec.loader.exec_module(module)
     except Exception as error:  # a user's file may raise anything
         del sys.modules[name]
-        where = f", line {error.lineno}" if isinstance(error, SyntaxError) else ""
-        raise _FileError(f"{where}: {type(error).__name__}: {one_line(error)}") from None
+        line = f", line {error.lineno}" if isinstance(error, SyntaxError) else ""
+        raise _FileError(f"{line}: {type(error).__name__}: {one_line(error)}") from None
     finally:
         sys.path.remove(str(path.parent))
         for each in set(sys.modules) - before - {name}:
@@ -105,14 +105,14 @@ def _loaded(path: Path, content: bytes) -> UserFile:
 
 
 def _import_path(family: type) -> str:
-    """Where a class is best imported from: the package that offers it, else its own module."""
+    """Return the import path of a class: the package that offers it, else its own module."""
     package = family.__module__.rpartition(".")[0]
     offered = getattr(sys.modules.get(package), family.__name__, None) is family
     return f"{package if offered else family.__module__}.{family.__name__}"
 
 
 def _file_in(module: ModuleType, folder: Path) -> Path | None:
-    """The file of a module that lies in a folder of the user's; None of others."""
+    """Return the file of a module that lies in a folder of the user's; None of others."""
     file = Path(getattr(module, "__file__", None) or "").resolve()
     own = file.suffix == ".py" and file.is_relative_to(folder) and not file.is_relative_to(Path(sys.prefix).resolve())
     return file if own else None

@@ -1,4 +1,4 @@
-"""What becomes of the torque that the controller asks for: ideal motors, motors with faults, a spherical motor."""
+"""Motors: ideal ones, motors with faults, and a spherical motor."""
 
 from spherical_wrist.actuation.description import Actuation, Ideal, Realistic, SphericalMotor
 

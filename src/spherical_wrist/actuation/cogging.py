@@ -1,4 +1,4 @@
-"""Cogging: the torque of a rotor that would rather rest at some attitudes than between them."""
+"""Cogging torque, which pulls a rotor towards preferred attitudes."""
 
 from math import sin, sqrt, tan
 
@@ -6,7 +6,7 @@ from spherical_wrist.so3 import Quaternion, Vector3, cross, quaternion_log
 
 
 def cogging_torque(attitude: Quaternion, amplitude: float, detents: int) -> Vector3:
-    """Torque [N·m], body frame, of the potential U(θ) = −(A/n) Σ cos(n θ_i) of θ = log(q).
+    """Return the torque [N·m], body frame, of the potential U(θ) = −(A/n) Σ cos(n θ_i) of θ = log(q).
 
     A turn at the body rate ω moves θ by J⁻¹ ω, J the right Jacobian of SO(3), so the torque that does the work −dU is
     τ = −J⁻ᵀ ∂U/∂θ = −A J⁻ᵀ sin(n θ), with J⁻ᵀ v = v − ½ θ × v + c θ × (θ × v) and c = (1 − ½ |θ| cot ½|θ|) / |θ|².

@@ -24,7 +24,7 @@ Array = npt.NDArray[np.float64]
 
 
 def coil_torque(attitude: Quaternion, direction: Vector3, order: int) -> Vector3:
-    """Torque of one coil of unit strength per ampere, body frame: ∇Φ(u) × u / k, with m = ``order``."""
+    """Return the torque of one coil of unit strength per ampere, body frame: ∇Φ(u) × u / k, with m = ``order``."""
     back = (attitude[0], -attitude[1], -attitude[2], -attitude[3])
     u = rotate(back, direction)
     x, y = 1.0, 0.0  # (u_x + i u_y)^(m − 1)
@@ -34,7 +34,7 @@ def coil_torque(attitude: Quaternion, direction: Vector3, order: int) -> Vector3
 
 
 def fill_map(attitude: Quaternion, coils: Array, strength: Array, order: int, K: Array) -> None:
-    """Writes the torque map K (3, N) [N·m/A] at an attitude.
+    """Write the torque map K (3, N) [N·m/A] at an attitude.
 
     Args:
         attitude: of the rotor.
@@ -50,7 +50,7 @@ def fill_map(attitude: Quaternion, coils: Array, strength: Array, order: int, K:
 
 
 def gram(K: Array) -> tuple[float, float, float, float, float, float]:
-    """K Kᵀ as its entries 00, 11, 22, 01, 02, 12."""
+    """Return K Kᵀ as its entries 00, 11, 22, 01, 02, 12."""
     a = b = c = d = e = f = 0.0
     for j in range(K.shape[1]):
         x, y, z = K[0, j], K[1, j], K[2, j]
@@ -60,7 +60,7 @@ def gram(K: Array) -> tuple[float, float, float, float, float, float]:
 
 
 def condition(g: Any) -> float:
-    """Condition number of K from the entries of K Kᵀ: the square root of the ratio of its extreme eigenvalues.
+    """Return the condition number of K from the entries of K Kᵀ, the root of the ratio of its extreme eigenvalues.
 
     The eigenvalues of a symmetric 3 × 3 matrix in closed form (Smith, Comm. ACM 4:168, 1961), good to 1e-8 of the
     largest; infinite where K has not rank three.
@@ -78,12 +78,12 @@ def condition(g: Any) -> float:
 
 
 def allocate(K: Array, g: Any, torque: Vector3, limit: float, current: Array) -> bool:
-    """Writes the currents of least norm [A], (N,), that make ``torque`` [N·m]; whether the limit cut them.
+    """Write the currents of least norm [A], (N,), that make ``torque`` [N·m]; whether the limit cut them.
 
     Args:
         K: torque map as the controller believes it.
         g: ``gram(K)``.
-        torque: what is wanted.
+        torque: wanted torque (3,) [N·m].
         limit: largest current [A].
         current: written; zeros where K has not rank three, which counts as cut.
     """

@@ -1,9 +1,9 @@
-"""Motors described: which faults they have, how large, and the coils of a spherical motor.
+"""Description of the motors: faults and their size, and the coils of a spherical motor.
 
-The torque that a law asks for is cut by the limits of the model's motors, and then:
+The commanded torque of a law is cut by the limits of the model's motors, and then:
 
 ==================  ===================================================================================================
-part                what it does
+part                effect
 ==================  ===================================================================================================
 torque_quantum Δ    every motor's torque is rounded to a multiple of Δ, before the limits
 lag T               motor torques, or coil currents, follow theirs as T ẋ = x_wanted − x, exactly, also between samples
@@ -21,11 +21,11 @@ from typing import Annotated, Any, ClassVar, Self
 
 from pydantic import BeforeValidator, Field, model_validator
 
-from spherical_wrist.parameters import Member, NonNegative, Positive, quantity
+from spherical_wrist.parameters import Member, NonNegative, Positive, inherited, quantity
 
 
 def _several(given: Any) -> Any:
-    """One number stands for a list of it."""
+    """Turn one number into a list of it."""
     return (given,) if isinstance(given, int) and not isinstance(given, bool) else given
 
 
@@ -42,16 +42,18 @@ class Actuation(Member):
     torque_quantum: NonNegative = quantity(0.0, "N·m", "resolution of a motor's torque")
     lag: NonNegative = quantity(0.0, "s", "time constant of a motor's torque, or of a coil's current")
     cogging: NonNegative = quantity(0.0, "N·m", "amplitude of the cogging torque, per axis")
-    detents: Annotated[int, Field(ge=1, le=10_000)] = quantity(8, "", "cogging periods in a turn about an axis")
+    detents: Annotated[int, Field(ge=1, le=10_000)] = quantity(
+        8, "", "cogging periods in a turn about an axis", acts_with={"cogging": True}
+    )
 
     @property
-    def perfect(self) -> bool:
-        """Whether the joint gets the torque that the motors are asked for, and no other."""
-        return not (self.torque_quantum or self.lag or self.cogging)
+    def ideal(self) -> bool:
+        """True if no motor fault is enabled: the joint gets the commanded torque within the limits, and no other."""
+        return not self.acting
 
 
 class Ideal(Actuation):
-    """The model's three torque motors without a fault but for their limits, and the faults that are set."""
+    """The model's three torque motors with their limits, and with the faults that are set."""
 
 
 class SphericalMotor(Actuation):
@@ -66,18 +68,20 @@ class SphericalMotor(Actuation):
 
     coils: Annotated[int, Field(ge=3, le=256)] = quantity(24, "", "number of coils")
     layers: Annotated[int, Field(ge=1, le=16)] = quantity(2, "", "rings that the coils are spread over evenly")
-    latitude: Tilt = quantity(0.5235988, "rad", "of the outermost rings, seen from the ball's centre")
+    latitude: Tilt = quantity(0.5235988, "rad", "latitude of the outermost rings, seen from the ball's centre")
     poles: Annotated[int, Field(ge=4, le=64, multiple_of=2)] = quantity(8, "", "magnetic poles around the rotor")
     torque_constant: Positive = quantity(0.02, "N·m/A", "largest torque that one coil makes per ampere")
     current_limit: Positive = quantity(2.0, "A", "largest current of a coil; beyond it all currents are scaled down")
     resistance: Positive = quantity(2.5, "Ω", "of one coil")
     failed: Numbers = quantity((), "", "numbers of coils that make no torque")
-    failure_known: bool = quantity(False, "", "the allocation does without the failed coils")
+    failure_known: bool = quantity(
+        False, "", "the allocation does without the failed coils", acts_with={"failed": True}
+    )
     strength_error: NonNegative = quantity(0.0, "", "relative standard deviation of the coils' strengths, not known")
 
     @property
-    def perfect(self) -> bool:
-        """Never: coils have currents to find."""
+    def ideal(self) -> bool:
+        """Always False: currents must be allocated to the coils."""
         return False
 
     @model_validator(mode="after")
@@ -101,16 +105,16 @@ class Realistic(SphericalMotor):
     iron would have no cogging.
     """
 
-    torque_quantum: NonNegative = quantity(1.2e-4, "N·m", "resolution of a motor's torque")
-    lag: NonNegative = quantity(5e-4, "s", "time constant of a motor's torque, or of a coil's current")
-    cogging: NonNegative = quantity(2e-3, "N·m", "amplitude of the cogging torque, per axis")
-    strength_error: NonNegative = quantity(0.02, "", "relative standard deviation of the coils' strengths, not known")
+    torque_quantum: NonNegative = inherited(SphericalMotor, "torque_quantum", 1.2e-4)
+    lag: NonNegative = inherited(SphericalMotor, "lag", 5e-4)
+    cogging: NonNegative = inherited(SphericalMotor, "cogging", 2e-3)
+    strength_error: NonNegative = inherited(SphericalMotor, "strength_error", 0.02)
 
 
 def spread(coils: int, layers: int, latitude: float) -> Sequence[tuple[float, float]]:
-    """Longitude and latitude [rad] of every coil: rings evenly between ±latitude, every other turned by half a step.
+    """Return longitude and latitude [rad] of every coil.
 
-    A single ring lies on the equator.
+    The rings lie evenly between ±latitude, every other turned by half a step; a single ring lies on the equator.
     """
     each = coils // layers
     turn = 6.283185307179586 / each

@@ -1,4 +1,4 @@
-"""From the torque that a law asks for to the torque on the joint; compiled into the closed loop."""
+"""Motor model: torque on the joint from the commanded torque of a law; compiled into the closed loop."""
 
 from functools import lru_cache
 from math import exp
@@ -16,7 +16,7 @@ Array = npt.NDArray[np.float64]
 
 DRIVE = np.dtype(
     [
-        ("perfect", "f8"),
+        ("ideal", "f8"),
         ("motors", "f8", (3, 3)),
         ("controls", "f8", (3, 3)),
         ("lower", "f8", 3),
@@ -34,22 +34,22 @@ DRIVE = np.dtype(
     ],
     align=True,
 )
-"""The motors' parameters, then the condition number of the coils' torque map as the controller believes it."""
+"""Parameters of the motors, then the condition number of the coils' torque map as the controller believes it."""
 
 _NO_ACCELERATION = (0.0, 0.0, 0.0)
-"""Taken for attitudes a period or so ahead, where it is below what matters for a torque [rad/s²]."""
+"""Acceleration [rad/s²] assumed for attitudes a period ahead, where it changes a torque by less than matters."""
 
 
 class Drive(NamedTuple):
-    """Motors in the form that the loop uses. What follows ``wanted`` are three motor controls, or N coil currents.
+    """Motors in the form that the loop uses: three motor controls, or N coil currents.
 
     Attributes:
         settings: a DRIVE record, or an array of one.
-        wanted: motor controls or coil currents [A] that are asked for, (3,) or (N,).
-        level: what they are.
+        wanted: commanded motor controls or coil currents [A], (3,) or (N,).
+        level: present ones.
         coils: directions of the coils in the world, (N, 3); N = 0 for three motors.
         strength: torque per ampere of each coil [N·m/A], (N,).
-        believed: what the allocation takes it for, (N,).
+        believed: the same as the allocation believes it, (N,).
         K: torque map, (3, N), working memory.
     """
 
@@ -71,19 +71,19 @@ def drive_of(
     physics_period: float,
     seed: int,
 ) -> Drive:
-    """Motors at rest.
+    """Return motors at rest.
 
     Args:
         actuation: their description.
         motors: body-frame torque [N·m] per control of the model's three motors, (3, 3).
         lower: smallest controls (3,).
         upper: largest controls (3,).
-        control_period: for which currents are held [s].
+        control_period: time that currents are held for [s].
         physics_period: physics step [s].
-        seed: of the coils' uneven strengths.
+        seed: random seed of the coils' uneven strengths.
     """
     settings = np.zeros(1, DRIVE)
-    settings["perfect"] = actuation.perfect
+    settings["ideal"] = actuation.ideal
     settings["motors"], settings["controls"] = motors, _inverse(motors.tobytes())
     settings["lower"], settings["upper"] = lower, upper
     settings["quantum"] = actuation.torque_quantum / np.linalg.norm(motors, axis=0)
@@ -112,12 +112,12 @@ def drive_of(
 
 @lru_cache
 def _inverse(motors: bytes) -> Array:
-    """The inverse of a matrix (3, 3): the same for all episodes of a campaign."""
+    """Return the inverse of a matrix (3, 3); cached, because all episodes of a campaign have the same."""
     return np.asarray(np.linalg.inv(np.frombuffer(motors).reshape(3, 3)), dtype=np.float64)
 
 
-def ask(drive: Drive, torque: Any, seen: Quaternion, rate: Any, age: float, control: Array) -> float:
-    """Takes a law's torque [N·m]: writes ``drive.wanted``, and into ``control`` the motor controls that would make it.
+def set_torque_command(drive: Drive, torque: Any, seen: Quaternion, rate: Any, age: float, control: Array) -> float:
+    """Set the torque command [N·m]: write ``drive.wanted``, and into ``control`` the motor controls for that torque.
 
     Coils get the currents for the attitude in which they will act, that predicted for the middle of the period and the
     lag after it: they are held while the rotor turns on, and at 3 rad/s and 1 ms the field of eight poles has turned
@@ -125,10 +125,10 @@ def ask(drive: Drive, torque: Any, seen: Quaternion, rate: Any, age: float, cont
 
     Args:
         drive: the motors.
-        torque: body-frame torque that is asked for, (3,).
+        torque: commanded body-frame torque, (3,).
         seen: measured attitude.
         rate: measured rate [rad/s], (3,).
-        age: what is known of the age of that measurement [s].
+        age: known age of that measurement [s].
         control: motor controls within their limits (3,), written.
 
     Returns:
@@ -148,7 +148,7 @@ def ask(drive: Drive, torque: Any, seen: Quaternion, rate: Any, age: float, cont
         elif wanted > now.upper[i]:
             control[i] = now.upper[i]
             saturated = 1.0
-    if now.perfect > 0.5:
+    if now.ideal > 0.5:
         return saturated
     if len(drive.coils) == 0:
         for i in range(3):
@@ -162,14 +162,14 @@ def ask(drive: Drive, torque: Any, seen: Quaternion, rate: Any, age: float, cont
     return 1.0 if cut else saturated
 
 
-def make(drive: Drive, attitude: Quaternion, rate: Any, control: Array, applied: Array) -> None:
-    """The motors over one physics step: writes the mean of the controls they reach, and adds cogging to ``applied``.
+def step_motors(drive: Drive, attitude: Quaternion, rate: Any, control: Array, applied: Array) -> None:
+    """Step the motors over one physics step: write the mean of the controls they reach, add cogging to ``applied``.
 
     Torques that depend on the attitude are those halfway through the step: with those of its beginning the rotor would
     gain energy from detents, and feel its coils half a step early.
 
     Args:
-        drive: the motors; not for perfect ones, whose controls are those that :func:`ask` wrote.
+        drive: the motors; not ideal ones, whose controls are those of :func:`set_torque_command`.
         attitude: true attitude at the beginning of the step.
         rate: true rate there [rad/s], (3,).
         control: motor controls (3,), written.
@@ -189,8 +189,8 @@ def make(drive: Drive, attitude: Quaternion, rate: Any, control: Array, applied:
             t = (now.motors[0, j], now.motors[1, j], now.motors[2, j])
         x, y, z = x + mean * t[0], y + mean * t[1], z + mean * t[2]
     for i in range(3):
-        made = now.controls[i, 0] * x + now.controls[i, 1] * y + now.controls[i, 2] * z
-        control[i] = min(now.upper[i], max(now.lower[i], made))  # as MuJoCo will cut it
+        reached = now.controls[i, 0] * x + now.controls[i, 1] * y + now.controls[i, 2] * z
+        control[i] = min(now.upper[i], max(now.lower[i], reached))  # as MuJoCo will cut it
     if now.cogging > 0.0:
         cog = cogging_torque(halfway, now.cogging, now.detents)
         for i in range(3):
@@ -198,7 +198,7 @@ def make(drive: Drive, attitude: Quaternion, rate: Any, control: Array, applied:
 
 
 def motor_torque(motors: Array, control: Any) -> Vector3:
-    """Body-frame torque [N·m] of the model's three motors at their controls."""
+    """Return the body-frame torque [N·m] of the model's three motors at their controls."""
     u, v, w = control[0], control[1], control[2]
     return (
         motors[0, 0] * u + motors[0, 1] * v + motors[0, 2] * w,

@@ -1,117 +1,120 @@
-"""A batch of episodes, from their ids to the bytes of their file: what a worker does."""
+"""Work of a worker: run a batch of episodes, and return the bytes of its file."""
 
 import threading
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping, Sequence
 from functools import lru_cache
 from itertools import islice
-from typing import Any
+from typing import Any, NamedTuple
 
 from spherical_wrist.campaign.cluster import closing
 from spherical_wrist.campaign.description import Campaign
 from spherical_wrist.campaign.digest import digest_of, version_differences
 from spherical_wrist.campaign.episode import Episode
 from spherical_wrist.campaign.errors import CampaignError
-from spherical_wrist.campaign.store import METRICS, Batch, encoded
+from spherical_wrist.campaign.store import Batch, encode_rows
 from spherical_wrist.errors import LawError, WristError, one_line
-from spherical_wrist.experiment.bulk import Ended, measured_each
-from spherical_wrist.simulation.workbench import SEATS, Workbench
+from spherical_wrist.loop.outcome import Status, StoppedError
+from spherical_wrist.measure.metrics import METRICS
+from spherical_wrist.prepare.cache import SLOTS, CachePool, RunCache
+from spherical_wrist.simulation.rollouts import RolloutResult, roll_out
 
 FAILED, INVALID = "failed", "invalid"
 
 ARRAYS = 64
-"""Sampled motions that a thread keeps, 40 MB at most: laws and samples share them, for episodes of up to a minute."""
+"""Number of sampled motions that a thread keeps, at most 40 MB. Laws and samples share them.
+
+This is enough for episodes of up to a minute.
+"""
 
 
 def run_batch(text: str, digest: str, batch: Batch, expected: Mapping[str, str]) -> bytes:
-    """Runs the episodes of a batch, one after the other, and returns their rows as a Parquet file.
+    """Run the episodes of a batch, and return their rows as a Parquet file.
 
     Args:
-        text: the campaign as JSON.
-        digest: its digest, for the file.
-        batch: which episodes.
-        expected: versions of packages and platform that the results must come from.
+        text: campaign as JSON.
+        digest: digest of the campaign, which is stored in the file.
+        batch: batch of episodes.
+        expected: versions of packages and platform that this process must have.
 
     Raises:
         StoppedError: the worker is being closed.
-        CampaignError: this process has other versions, or an episode raised what it should not.
+        CampaignError: this process has other versions, or an episode raised an unexpected error.
     """
     other = version_differences(expected)
     if other:
         raise CampaignError(f"a worker has {other}: give all workers the versions of this command")
     try:
-        undertaking = _prepared(text, digest)
+        prepared = _prepared(text, digest)
     except WristError as error:
         raise CampaignError(f"a worker cannot take up the campaign: {error}") from None
-    campaign = undertaking.campaign
+    campaign = prepared.campaign
     episodes, rows = campaign.episodes(batch.first, batch.last), list[dict[str, Any]]()
-    with undertaking.bench() as bench:
-        while together := list(islice(episodes, SEATS)):
-            rows += run_episodes(together, bench, closing)
-    return encoded(campaign, digest, expected, rows)
+    with prepared.caches.borrowed() as cache:
+        while together := list(islice(episodes, SLOTS)):
+            rows += run_episodes(together, cache, closing)
+    return encode_rows(campaign, digest, expected, rows)
 
 
 def run_episodes(
-    episodes: Sequence[Episode], bench: Workbench, stop: Callable[[], bool] = lambda: False
+    episodes: Sequence[Episode], cache: RunCache, stop: Callable[[], bool] = lambda: False
 ) -> list[dict[str, Any]]:
-    """Simulates up to ``SEATS`` episodes on a bench of this thread; their rows of the table.
+    """Simulate at most ``SLOTS`` episodes, and return their rows of the table.
+
+    Args:
+        episodes: episodes.
+        cache: cache of this thread.
+        stop: polled a few times a second; returns True to stop.
 
     Raises:
-        StoppedError: asked to stop.
-        CampaignError: something went wrong that is neither the law's fault nor the experiment's.
+        StoppedError: ``stop`` returned True.
+        CampaignError: an episode raised an error that neither its law nor its experiment explains.
     """
-    results = measured_each([episode.experiment for episode in episodes], bench, stop)
+    results = roll_out([episode.experiment for episode in episodes], cache, stop=stop)
+    if any(isinstance(each, RolloutResult) and each.outcome.status is Status.INTERRUPTED for each in results):
+        raise StoppedError
     return [_row(episode, result) for episode, result in zip(episodes, results, strict=True)]
 
 
-def _row(episode: Episode, result: Ended | Exception) -> dict[str, Any]:
+def _row(episode: Episode, result: RolloutResult | Exception) -> dict[str, Any]:
     row: dict[str, Any] = {"id": episode.id, "sample": episode.sample, "law": episode.law, "seed": episode.seed}
     row |= {name: value for name, value in episode.values.items() if name != "seed"}
-    if isinstance(result, Ended):
+    if isinstance(result, RolloutResult):
         outcome = result.outcome
-        return row | _ended(str(outcome.status), outcome.time, outcome.reason) | vars(result.metrics)
+        return row | _ended(str(outcome.status), outcome.time, outcome.reason) | dict(result.metrics)
     if isinstance(result, WristError):
         return row | _ended(FAILED if isinstance(result, LawError) else INVALID, 0.0, str(result))
-    told = f"{type(result).__name__}: {one_line(result)}"
-    raise CampaignError(f"episode {episode.id} raised {told} (--replay {episode.id} runs it alone)") from result
+    error = f"{type(result).__name__}: {one_line(result)}"
+    raise CampaignError(f"episode {episode.id} raised {error} (--replay {episode.id} runs it alone)") from result
 
 
 def _ended(outcome: str, time: float, reason: str) -> dict[str, Any]:
     return {"outcome": outcome, "ended_at_s": time, "reason": reason, **dict.fromkeys(METRICS)}
 
 
-class Undertaking:
-    """A campaign as this process runs it, with benches that its threads take and give back."""
+class WorkerCampaign(NamedTuple):
+    """Campaign in a worker process.
 
-    def __init__(self, campaign: Campaign) -> None:
-        self.campaign = campaign
-        self._idle: list[Workbench] = []
+    Attributes:
+        campaign: campaign.
+        caches: caches for the threads of the process.
+    """
 
-    @contextmanager
-    def bench(self) -> Iterator[Workbench]:
-        """A bench for one thread."""
-        try:
-            bench = self._idle.pop()
-        except IndexError:
-            bench = Workbench(arrays=ARRAYS)
-        try:
-            yield bench
-        finally:
-            self._idle.append(bench)
+    campaign: Campaign
+    caches: CachePool
 
 
 _preparing = threading.Lock()
-"""Two threads that load one law's file at the same time would get two laws."""
+"""Lock that keeps two threads from loading the file of a law twice, which would give two classes."""
 
 
-def _prepared(text: str, digest: str) -> Undertaking:
+def _prepared(text: str, digest: str) -> WorkerCampaign:
     with _preparing:
         return _prepare(text, digest)
 
 
 @lru_cache(maxsize=1)
-def _prepare(text: str, digest: str) -> Undertaking:
+def _prepare(text: str, digest: str) -> WorkerCampaign:
     campaign = Campaign.from_json(text)
     if digest_of(campaign) != digest:
         raise CampaignError("the files of a law, a model or a motion are not those of the command")
-    return Undertaking(campaign)
+    return WorkerCampaign(campaign, CachePool(ARRAYS))

@@ -1,11 +1,10 @@
-"""Where batches are run: threads of this process, processes of this machine, a cluster. The only room that knows Dask.
+"""Dask clusters that run batches: threads of this process, processes of this machine, remote workers.
 
-Dask is the queue, the pool and the protocol. On this machine it listens on the loopback interface only; without worker
-processes, nothing but its status page listens at all.
+The only file that imports Dask, which is the queue, the pool and the protocol. On this machine it listens on the
+loopback interface only; without worker processes, nothing but its status page listens at all.
 """
 
 import logging
-import os
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import CancelledError
 from contextlib import ExitStack, contextmanager, suppress
@@ -14,35 +13,35 @@ from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
 
 import dask
-from distributed import Client, KilledWorker, LocalCluster, Reschedule, as_completed, get_worker
-from distributed.comm.core import CommClosedError
-from distributed.core import Status
+from distributed import Client, KilledWorker, LocalCluster, Reschedule, Status, as_completed, get_worker
+from distributed.comm import CommClosedError
 from distributed.security import Security
 
 from spherical_wrist.campaign.errors import CampaignError
 from spherical_wrist.errors import ParameterError, one_line
-from spherical_wrist.experiment.measured import StoppedError
+from spherical_wrist.loop.outcome import StoppedError
+from spherical_wrist.simulation.runner import cores
 
 Task = TypeVar("Task")
 Result = TypeVar("Result")
 
 THREADS_OF_A_WORKER = 4
-"""Threads beyond which the Python between two loops, one thread at a time, would hold them up."""
+"""Most threads of a worker: with more, the Python code between two loops, one thread at a time, would slow them."""
 
 LOOPBACK = "127.0.0.1"
 
 ALLOWED_FAILURES = 10
-"""Workers of this machine that may die over one task before it is given up."""
+"""Workers of this machine that may die at one task before it is given up."""
 
 ENDING = {Status.closing, Status.closed, Status.failed}
-"""States in which a worker takes no results any more."""
+"""States of a worker in which it takes no more results."""
 
 CLOSING = 5.0
-"""Seconds that a cluster is given to end."""
+"""Timeout [s] for a cluster to close."""
 
 
 class Tls(NamedTuple):
-    """Files of a connection by TLS, PEM.
+    """PEM files of a TLS connection.
 
     Attributes:
         ca: certificate of the authority that signed those of scheduler and workers.
@@ -56,13 +55,13 @@ class Tls(NamedTuple):
 
 
 class Cluster(NamedTuple):
-    """Where to run.
+    """Cluster to run on.
 
     Attributes:
         scheduler: address of a Dask scheduler (tcp://host:port, tls://host:port) or path of its scheduler file; None
             for this machine.
-        workers: worker processes on this machine; 0 for the threads of this process; None for what suits it.
-        threads: threads of each, None for what suits the machine.
+        workers: worker processes on this machine; 0 for the threads of this process; None for a suitable number.
+        threads: threads of each, None for a suitable number.
         tls: files for tls:// addresses; without them, Dask's own configuration says which.
     """
 
@@ -72,18 +71,17 @@ class Cluster(NamedTuple):
     tls: Tls | None = None
 
     def shape(self) -> tuple[int, int]:
-        """Worker processes on this machine, and threads of each."""
-        cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-        workers = self.workers
+        """Return the number of worker processes on this machine, and of threads of each."""
+        available, workers = cores(), self.workers
         if workers is None:
-            wanted = self.threads or min(cores, THREADS_OF_A_WORKER)
-            workers = 0 if wanted >= cores or self.threads else -(-cores // wanted)
-        return workers, self.threads or max(1, min(-(-cores // max(workers, 1)), cores))
+            wanted = self.threads or min(available, THREADS_OF_A_WORKER)
+            workers = 0 if wanted >= available or self.threads else -(-available // wanted)
+        return workers, self.threads or max(1, min(-(-available // max(workers, 1)), available))
 
 
 @contextmanager
 def connected(cluster: Cluster) -> Iterator[Client]:
-    """A client of the cluster; what was started for it ends with it.
+    """Connect to the cluster; a cluster started for it is closed afterwards.
 
     Raises:
         ParameterError: the address or the TLS files cannot be used.
@@ -101,20 +99,21 @@ def connected(cluster: Cluster) -> Iterator[Client]:
 def run_all(
     client: Client, function: Callable[..., Result], tasks: Iterable[Task], arguments: Callable[[Task], tuple[Any, ...]]
 ) -> Iterator[tuple[Task, Result]]:
-    """Runs a function on every task and yields each with its result as soon as it is there, in any order.
+    """Run a function on every task, and yield each task with its result as soon as it is done, in any order.
 
-    A few tasks for each thread are under way at any time, so that neither tasks nor results pile up. What a worker that
-    dies leaves undone is given to another.
+    A few tasks for each thread are in flight at any time, so that neither tasks nor results pile up. The tasks of a
+    worker that dies are given to another.
 
     Args:
         client: of the cluster.
         function: what to run; importable on the workers.
         tasks: anything.
-        arguments: what the function is called with for a task; it may raise StoppedError where :func:`closing`.
+        arguments: returns the arguments of the function for a task. The function may raise StoppedError if
+            :func:`closing`.
 
     Raises:
         CampaignError: the scheduler has gone, or a task ended every worker that tried it.
-        WristError: the function raised it.
+        WristError: raised by the function.
     """
     rest = iter(tasks)
     running: dict[Any, Task] = {}
@@ -140,7 +139,7 @@ def run_all(
 
 
 def _returned(function: Callable[..., Result], arguments: tuple[Any, ...]) -> Result:
-    """What a function returns; a task that stops itself goes back to the scheduler."""
+    """Call the function; a task that stops itself goes back to the scheduler."""
     try:
         return function(*arguments)
     except StoppedError:
@@ -148,7 +147,7 @@ def _returned(function: Callable[..., Result], arguments: tuple[Any, ...]) -> Re
 
 
 def closing() -> bool:
-    """Whether this thread works for a worker that is being closed, so that what it computes is lost."""
+    """Return True if this thread works for a worker that is being closed, so that its result is lost."""
     try:
         return get_worker().status in ENDING
     except ValueError:  # for none
@@ -156,14 +155,14 @@ def closing() -> bool:
 
 
 def _ahead(client: Client) -> int:
-    """Tasks to have under way: one for each thread, and one for it to go on with."""
+    """Compute the number of tasks in flight: one for each thread, and one for it to go on with."""
     threads: dict[str, int] = client.nthreads()
     return max(2 * sum(threads.values()), 2)
 
 
 @contextmanager
 def _local(workers: int, threads: int) -> Iterator[LocalCluster]:
-    """Threads of this process where ``workers`` is 0; worker processes otherwise."""
+    """Start threads of this process if ``workers`` is 0, else worker processes."""
     settings = {
         "distributed.scheduler.http.routes": [],
         "distributed.worker.http.routes": [],
@@ -218,7 +217,7 @@ def _security(tls: Tls | None) -> Security:
 
 @contextmanager
 def _quiet() -> Iterator[None]:
-    """Dask logs a page where a worker or a scheduler dies; what matters of it is said in one line, here."""
+    """Silence Dask, which logs a page when a worker or a scheduler dies: the error here says it in one line."""
     names = [name for name in logging.root.manager.loggerDict if name.split(".")[0] == "distributed"]
     before = {name: logging.getLogger(name).level for name in names}
     for name in names:

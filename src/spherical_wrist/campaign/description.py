@@ -1,14 +1,14 @@
-"""A campaign: what a campaign file says, validated and frozen.
+"""Description of a campaign, validated and frozen.
 
 A campaign file is TOML::
 
     laws = ["pd", "fuzzy_sliding_computed_torque", { name = "computed_torque", Kp = 10000, Kv = 200 }]
     samples = 1000
     design = "sobol"                # or grid, latin_hypercube, random
-    seed = 1                        # everything random follows from it
+    seed = 1                        # of everything random
     hardware = "realistic"          # as with wrist run; may be left out
 
-    [experiment]                    # what every episode starts from, as in an experiment file
+    [experiment]                    # base of every episode, as in an experiment file
     duration = 4.0
     disturbance = { name = "noise", level = 0.2 }
 
@@ -51,7 +51,7 @@ MOST_EPISODES = 10**12
 
 
 def _labelled(given: Any) -> Any:
-    """Laws by label, from a list of names and tables or from a table."""
+    """Return laws by label, from a list of names and tables or from a table."""
     if isinstance(given, list | tuple):
         labelled: dict[str, Any] = {}
         for law in given:
@@ -76,24 +76,24 @@ class Campaign(Parameters):
     """A design over one experiment: laws × samples.
 
     Raises:
-        ParameterError: in one line, where something is not valid. Whether every value that will be drawn makes a valid
-            experiment is not checked here; see :mod:`spherical_wrist.campaign.rehearsal`.
+        ParameterError: a value is not valid; in one line. The values that will be drawn are checked by
+            :mod:`spherical_wrist.campaign.validation`.
     """
 
-    experiment: dict[str, Any] = quantity({}, "", "what every episode starts from: values of an experiment")
+    experiment: dict[str, Any] = quantity({}, "", "base of every episode: values of an experiment")
     hardware: str | None = quantity(None, "", "preset of sensors and motors that the experiment starts from")
     laws: Annotated[dict[str, Any] | None, BeforeValidator(_labelled)] = quantity(None, "", "laws to compare, by label")
     samples: Annotated[int, Field(gt=0)] | None = quantity(None, "", "number of samples; of a grid, all its points")
-    design: DesignName = quantity("sobol", "", "how the samples are spread")
-    seed: Annotated[int, Field(ge=0)] = quantity(0, "", "what everything random follows from")
+    design: DesignName = quantity("sobol", "", "of the samples")
+    seed: Annotated[int, Field(ge=0)] = quantity(0, "", "of everything random")
     vary: dict[str, Any] = quantity({}, "", "distributions of the varied parameters, by dotted name")
     batch: Annotated[int, Field(gt=0)] | None = quantity(
-        None, "", "episodes that are run and stored together; about a second's work where it is not given"
+        None, "", "episodes that are run and stored together; by default about a second of work"
     )
 
     @classmethod
     def from_toml(cls, path: Path | str) -> Self:
-        """Reads a campaign file.
+        """Read a campaign file.
 
         Raises:
             ParameterError: the file cannot be read, is not TOML, or does not describe a campaign.
@@ -142,7 +142,7 @@ class Campaign(Parameters):
         """The experiment before its parameters are varied, under each law by its label.
 
         Raises:
-            ParameterError: it is not an experiment.
+            ParameterError: the experiment is not valid.
         """
         start = {**hardware(self.hardware)} if self.hardware is not None else {}
         try:
@@ -164,7 +164,7 @@ class Campaign(Parameters):
         return self.sample_count * len(self.bases)
 
     def episodes(self, first: int, last: int) -> Iterator[Episode]:
-        """The episodes with the ids ``first`` up to but not including ``last``."""
+        """Yield the episodes with the ids ``first`` up to but not including ``last``."""
         laws = list(self.bases.items())
         begin, end = first // len(laws), -(-last // len(laws))
         samples = draw(self.design, self.distributions, self.sample_count, self.seed, begin, end)
@@ -176,7 +176,7 @@ class Campaign(Parameters):
                     yield Episode(number, sample, label, seed, values, base)
 
     def resolved(self) -> "Campaign":
-        """The same campaign with every default and path spelt out, so that it means the same in every folder."""
+        """Return the campaign with every default and path spelt out: it means the same in every folder."""
         dumped = {label: base.model_dump(mode="json") for label, base in self.bases.items()}
         laws = {label: dump.pop("law") for label, dump in dumped.items()}
         first = next(iter(self.bases.values()))
@@ -185,17 +185,17 @@ class Campaign(Parameters):
         return type(self)(experiment=next(iter(dumped.values())), laws=laws, vary=vary, **rest)
 
     def to_json(self) -> str:
-        """The campaign as one line of JSON, from which :meth:`from_json` makes it again."""
+        """Return the campaign as one line of JSON for :meth:`from_json`."""
         return json.dumps(self.model_dump(mode="json"), ensure_ascii=False)
 
     @classmethod
     def from_json(cls, text: str) -> Self:
-        """See :meth:`to_json`."""
+        """Create a campaign from the JSON of :meth:`to_json`."""
         return cls(**json.loads(text))
 
 
 def _check_names(base: Experiment, vary: Mapping[str, Distribution]) -> None:
-    """Refuses names that are no parameters, by changing each to a value of its distribution."""
+    """Refuse names that are no parameters, by changing each to a value of its distribution."""
     for name, found in vary.items():
         try:
             changed(base, {name: found.value(0.5)})
@@ -204,7 +204,7 @@ def _check_names(base: Experiment, vary: Mapping[str, Distribution]) -> None:
 
 
 def _with_whole_paths(base: Experiment, name: str, given: Any, vary: Mapping[str, Distribution]) -> Any:
-    """What a campaign file gives for a parameter, with files that are among its values spelt out from the root."""
+    """Return the distribution of a parameter as given, with files among its values as absolute paths."""
     options = vary[name].options if name in vary and vary[name].kind in ("text", "table") else None
     whole = [_with_whole_path(base, name, option) for option in options or ()]
     return {"choice": whole} if options and whole != list(options) else given

@@ -1,8 +1,8 @@
-"""Designs: which values the varied parameters take, sample by sample, whoever asks and in whatever order.
+"""Designs of experiments: values of the varied parameters for each sample.
 
-Nothing is kept per sample. A batch of samples is made from its first and last index alone: by a grid's digits, by
-winding a Sobol sequence forward, or by seeding a generator with the index of the sample (counter-based). Only a Latin
-hypercube is a whole: its numbers, 8 bytes each, are drawn once in a process.
+Nothing is kept per sample: a batch of samples follows from its first and last index alone, by the digits of a grid, by
+fast-forwarding a Sobol sequence, or by seeding a generator with the index of the sample (counter-based). Only a Latin
+hypercube is drawn as a whole, once in a process, 8 bytes for each number.
 """
 
 from collections.abc import Callable, Mapping
@@ -22,19 +22,19 @@ Vary = Mapping[str, Distribution]
 DesignName = Literal["grid", "latin_hypercube", "sobol", "random"]
 
 SOBOL_BITS = 32
-"""Of each coordinate of a Sobol point; SciPy cannot wind longer ones forward."""
+"""Bits of each coordinate of a Sobol point; SciPy cannot fast-forward more."""
 
 OF_DESIGN, OF_SAMPLE, OF_EPISODE = 0, 1, 2
-"""Streams of random numbers that are drawn from a campaign's seed."""
+"""Streams of random numbers drawn from the seed of a campaign."""
 
 
 def stream(seed: int, *key: int) -> np.random.SeedSequence:
-    """The seeds of one stream, or of one sample of it."""
+    """Return the seed sequence of a stream, or of a sample in it."""
     return np.random.SeedSequence(seed, spawn_key=key)
 
 
 def grid_size(vary: Vary) -> int:
-    """Number of points of the grid over ``vary``.
+    """Count the points of the grid over ``vary``.
 
     Raises:
         ParameterError: a distribution is continuous.
@@ -48,7 +48,7 @@ def grid_size(vary: Vary) -> int:
 
 
 def draw(design: DesignName, vary: Vary, samples: int, seed: int, first: int, last: int) -> list[dict[str, Any]]:
-    """The values of the varied parameters, by name, of the samples ``first`` up to but not including ``last``.
+    """Draw the values of the varied parameters, by name, of the samples ``first`` up to but not including ``last``.
 
     Args:
         design: ``grid``: every combination, the last parameter changing fastest. ``latin_hypercube``: every parameter
@@ -56,7 +56,7 @@ def draw(design: DesignName, vary: Vary, samples: int, seed: int, first: int, la
             ``sobol``: a scrambled Sobol sequence, best with a power of two of samples. ``random``: independent.
         vary: distributions by parameter.
         samples: number of samples of the whole design.
-        seed: the campaign's.
+        seed: of the campaign.
         first: first sample.
         last: end of the samples.
     """
@@ -70,7 +70,7 @@ def draw(design: DesignName, vary: Vary, samples: int, seed: int, first: int, la
 
 
 def episode_seed(seed: int, sample: int) -> int:
-    """The seed of everything random in the episodes of a sample: one of 2⁶³, the same under every law."""
+    """Return the seed of everything random in the episodes of a sample: one of 2⁶³, the same under every law."""
     return int(stream(seed, OF_EPISODE, sample).generate_state(1, np.uint64)[0]) >> 1
 
 

@@ -1,7 +1,7 @@
-"""What a varied parameter may be, by name: each distribution turns a number u in [0, 1] into a value.
+"""Distributions of varied parameters, by name: each turns a number u in [0, 1] into a value.
 
 A value is the quantile function at u, computed number by number: NumPy's array functions may round differently with the
-length of the array, and a value must not depend on which others are drawn beside it.
+length of the array, and a value must not depend on the others drawn with it.
 """
 
 import math
@@ -15,16 +15,16 @@ from spherical_wrist.errors import ParameterError, UnknownNameError
 Kind = Literal["number", "integer", "boolean", "text", "table"]
 
 SMALLEST = 2.0**-53
-"""Stands for u = 0 where a distribution has no lowest value, and 1 less it for u = 1 where it has no highest."""
+"""Replaces u = 0 if a distribution has no lowest value, and 1 minus it replaces u = 1 if it has no highest."""
 
 
 class Distribution(NamedTuple):
     """A distribution of one parameter.
 
     Attributes:
-        kind: what its values are; ``table`` for tables and lists, which are stored as JSON.
-        value: the value at u in [0, 1], where a continuous distribution has its u-quantile.
-        options: all values in order where they can be counted, else None.
+        kind: of the values; ``table`` for tables and lists, which are stored as JSON.
+        value: returns the value at u in [0, 1], the u-quantile of a continuous distribution.
+        options: all values in order if they can be counted, else None.
     """
 
     kind: Kind
@@ -112,11 +112,11 @@ FORMS = {
     "choice": _Form(_choice, ""),
     "constant": _Form(_choice, ""),
 }
-"""Every distribution, with what stands behind its name in a campaign file."""
+"""Every distribution, with its arguments in a campaign file."""
 
 
 def distribution(name: str, given: Any) -> Distribution:
-    """The distribution that a campaign file gives for a parameter.
+    """Read the distribution of a parameter from a campaign file.
 
     Args:
         name: of the parameter, for messages.
@@ -125,7 +125,7 @@ def distribution(name: str, given: Any) -> Distribution:
 
     Raises:
         UnknownNameError: there is no distribution of that name.
-        ParameterError: what it is given is not valid.
+        ParameterError: its arguments are not valid.
     """
     if isinstance(given, list | tuple):
         given = {"choice": given}
@@ -176,7 +176,7 @@ def _positive(deviation: float) -> None:
 
 
 def _steps(low: float, high: float, count: Any, above: float = -math.inf) -> int:
-    """Steps between ``count`` points from ``low`` to ``high``."""
+    """Count the steps between ``count`` points from ``low`` to ``high``."""
     _ascending(low, high, above)
     if not isinstance(count, int) or count < 2:
         raise ValueError("how many: a whole number of 2 or more is needed")

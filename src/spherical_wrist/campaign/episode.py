@@ -1,4 +1,4 @@
-"""One episode of a campaign: an experiment with the values of one sample, under one law."""
+"""Episode of a campaign: an experiment with the values of one sample and one law."""
 
 from collections.abc import Iterable, Mapping
 from typing import Any, NamedTuple
@@ -11,15 +11,15 @@ AXES = ("x", "y", "z")
 
 
 class Episode(NamedTuple):
-    """One episode: where it stands in the design, and what is its own.
+    """Episode of a campaign.
 
     Attributes:
-        id: sample × number of laws + position of the law: the same however the campaign is run.
-        sample: index of the sample, which every law sees.
+        id: sample × number of laws + index of the law; it does not depend on how the campaign is run.
+        sample: index of the sample, which is the same for every law.
         law: label of the law.
-        seed: of everything random in it.
-        values: the varied parameters by dotted name.
-        base: the experiment under this law before they are applied.
+        seed: seed of the episode.
+        values: varied parameters by dotted name.
+        base: experiment with this law, before the values are applied.
     """
 
     id: int
@@ -30,21 +30,21 @@ class Episode(NamedTuple):
     base: Experiment
 
     def experiment(self) -> Experiment:
-        """What is simulated.
+        """Create the experiment of this episode.
 
         Raises:
-            ParameterError: the values do not make a valid experiment.
+            ParameterError: the values give no valid experiment.
         """
         return changed(self.base, {"seed": self.seed, **self.values})
 
 
 def changed(base: Experiment, values: Mapping[str, Any]) -> Experiment:
-    """``base`` with parameters changed by dotted name, such as ``law.K`` or, for one axis of three, ``com_shift.x``.
+    """Change parameters of ``base`` by dotted name, such as ``law.K``, or ``com_shift.x`` for one axis of three.
 
-    Whole parts and their names (``disturbance.name``) are changed before what belongs to them.
+    Whole parts and their names (``disturbance.name``) are changed before their parameters.
 
     Raises:
-        UnknownNameError: there is no such parameter or axis; the message has the nearest.
+        UnknownNameError: a parameter or an axis is unknown; the message has the closest name.
         ParameterError: a value is not valid.
     """
     whole = {name: value for name, value in values.items() if "." not in name}
@@ -60,7 +60,7 @@ def changed(base: Experiment, values: Mapping[str, Any]) -> Experiment:
 
 
 def _with(owner: Any, values: Mapping[str, Any]) -> Any:
-    """``owner`` with its own parameters, those of its parts and single axes changed, each part once."""
+    """Return ``owner`` with changed parameters of its own, of its parts, and of single axes; each part changes once."""
     changes = {name: value for name, value in values.items() if "." not in name}
     for name in _firsts(owner, values.keys() - changes.keys()):
         inner = {key.removeprefix(f"{name}."): value for key, value in values.items() if key.startswith(f"{name}.")}
@@ -88,7 +88,7 @@ def _axes_of(name: str, vector: Any, values: Mapping[str, Any]) -> tuple[Any, ..
 
 
 def _firsts(owner: Parameters, names: Iterable[str]) -> list[str]:
-    """The first words of dotted names, which must be parameters of ``owner``."""
+    """Return the first words of dotted names, which must be parameters of ``owner``."""
     firsts = list(dict.fromkeys(name.partition(".")[0] for name in names))
     for first in firsts:
         if first not in type(owner).model_fields:

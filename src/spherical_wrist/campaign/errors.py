@@ -1,7 +1,7 @@
-"""What can go wrong with a campaign as a whole."""
+"""Errors of campaigns."""
 
 from spherical_wrist.errors import WristError
 
 
 class CampaignError(WristError):
-    """A campaign's directory cannot be used, or its episodes cannot be run to the end."""
+    """The folder of a campaign cannot be used, or its episodes cannot be run to the end."""

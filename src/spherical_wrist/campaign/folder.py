@@ -1,16 +1,14 @@
-"""A campaign's folder: what is run in it, with which versions, by one command at a time.
+"""Folder of a campaign, used by one command at a time.
 
-``campaign.toml`` is the file as it was given, ``campaign.json`` what it means, with every default and path spelt out,
-its digest and the versions of what computes, and ``episodes/`` has one Parquet file for each finished batch. Which
-batches are done is read from there and nowhere else, so that there is nothing that could disagree with it.
+``campaign.toml`` is the campaign file as given. ``campaign.json`` is the campaign with every default and path spelt
+out, its digest, and the versions of packages and platform. ``episodes/`` has one Parquet file for each finished batch,
+and is the only record of which batches are done.
 """
 
-import fcntl
 import hashlib
 import json
-import os
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Mapping
+from contextlib import AbstractContextManager, suppress
 from pathlib import Path
 from typing import Any, NamedTuple, Self
 
@@ -20,23 +18,24 @@ from spherical_wrist.campaign.errors import CampaignError
 from spherical_wrist.campaign.store import EpisodeFiles, Episodes
 from spherical_wrist.errors import RecordingError
 from spherical_wrist.files import write_whole
+from spherical_wrist.folder_lock import LOCK, folder_lock
 
-GIVEN, MEANT, EPISODES, LOCK = "campaign.toml", "campaign.json", "episodes", ".lock"
+GIVEN, RESOLVED, EPISODES = "campaign.toml", "campaign.json", "episodes"
 FORMAT = 1
 
 FEWEST_BATCHES = 32
-"""Batches that a campaign has at least, where it has so many samples, so that there is something to share out."""
+"""Fewest batches of a campaign, if it has so many samples: work to share out."""
 
 BATCH_TIME, STEP_TIME, EPISODE_TIME = 1.0, 4e-6, 1e-3
-"""Seconds of work in a batch, and estimates of what a control period and an episode cost."""
+"""Seconds of work in a batch, and estimated seconds for a control period and for an episode."""
 
 
 class Folder(NamedTuple):
-    """A campaign's folder.
+    """Folder of a campaign.
 
     Attributes:
-        path: where it is.
-        campaign: what is run.
+        path: the folder.
+        campaign: the campaign.
         digest: of the campaign, and of the law and model files that it names.
         batch_size: episodes in a file.
         versions: of the packages and the platform that the results come from.
@@ -50,15 +49,15 @@ class Folder(NamedTuple):
 
     @classmethod
     def create(cls, path: Path, file: Path, campaign: Campaign) -> Self:
-        """Makes a folder for a campaign; the caller holds its lock.
+        """Create a folder for a campaign; the caller holds its lock.
 
         Raises:
-            CampaignError: there is something else in it, or it cannot be written.
+            CampaignError: the folder has other content, or cannot be written.
         """
         check_empty(path)
         campaign = campaign.resolved()
         made = cls(path, campaign, digest_of(campaign), batch_size(campaign), versions_here())
-        told = {
+        description = {
             "format": FORMAT,
             "digest": made.digest,
             "file": hashlib.sha256(file.read_bytes()).hexdigest(),
@@ -69,54 +68,54 @@ class Folder(NamedTuple):
         try:
             (path / EPISODES).mkdir(exist_ok=True)
             write_whole(path / GIVEN, file.read_bytes(), "campaign")
-            write_whole(path / MEANT, json.dumps(told, indent=2, ensure_ascii=False).encode(), "campaign")
+            write_whole(path / RESOLVED, json.dumps(description, indent=2, ensure_ascii=False).encode(), "campaign")
         except (OSError, RecordingError) as error:
             raise CampaignError(f"{error}") from None
         return made
 
     @classmethod
     def open(cls, path: Path | str) -> Self:
-        """The campaign in a folder.
+        """Open the folder of a campaign.
 
         Raises:
-            CampaignError: there is none, or what says so is damaged.
+            CampaignError: there is no campaign, or its description is damaged.
             WristError: it names files that are not there.
         """
-        told = _told(Path(path))
+        description = _read(Path(path))
         try:
-            campaign = Campaign(**told["campaign"])
-            return cls(Path(path), campaign, told["digest"], told["batch_size"], told["versions"])
+            campaign = Campaign(**description["campaign"])
+            return cls(Path(path), campaign, description["digest"], description["batch_size"], description["versions"])
         except (KeyError, TypeError) as error:
-            raise CampaignError(f"{str(Path(path) / MEANT)!r} is damaged: {error!r}") from None
+            raise CampaignError(f"{str(Path(path) / RESOLVED)!r} is damaged: {error!r}") from None
 
     @property
     def files(self) -> EpisodeFiles:
-        """Its finished batches."""
+        """Files of the finished batches."""
         return EpisodeFiles(self.path / EPISODES, self.campaign, self.digest, self.batch_size)
 
     def episodes(self, warn: Callable[[str], None] = lambda text: None) -> Episodes:
-        """The episodes that are stored, as a table.
+        """Open the stored episodes as a table.
 
         Args:
-            warn: called with a line about each file that is not to be trusted, which is left out.
+            warn: called with a line about each file that is not trusted and left out.
         """
         files = self.files
-        there, odd = files.survey()
+        there, odd = files.scan()
         for text in odd:
             warn(f"not trusted: {text}")
         return files.table(there)
 
     def check_unchanged(self, *, versions: bool = True) -> None:
-        """Refuses to go on with a campaign that is no longer what it was.
+        """Refuse to continue a campaign that has changed.
 
         Args:
-            versions: also refuse other versions of packages and platform.
+            versions: if True, refuse other versions of packages and platform too.
 
         Raises:
             CampaignError: ``campaign.toml``, a file of a law, a model or a motion has changed, or versions have.
         """
         file = self.path / GIVEN
-        if not file.is_file() or hashlib.sha256(file.read_bytes()).hexdigest() != _told(self.path)["file"]:
+        if not file.is_file() or hashlib.sha256(file.read_bytes()).hexdigest() != _read(self.path)["file"]:
             raise CampaignError(f"{str(file)!r} has changed since the campaign began: restore it, or begin another")
         if digest_of(self.campaign) != self.digest:
             raise CampaignError(
@@ -129,23 +128,23 @@ class Folder(NamedTuple):
                 "install those, or go on with --anyway"
             )
 
-    def tidy(self) -> None:
-        """Removes what a killed command left half written; the caller holds the lock."""
+    def remove_partial_files(self) -> None:
+        """Remove half-written files of a killed command; the caller holds the lock."""
         for path in (*self.path.glob(".*.part"), *(self.path / EPISODES).glob(".*.part")):
             with suppress(OSError):
                 path.unlink()
 
 
 def is_campaign(path: Path) -> bool:
-    """Whether a folder holds a campaign."""
-    return (path / MEANT).is_file()
+    """Return True if a folder holds a campaign."""
+    return (path / RESOLVED).is_file()
 
 
 def check_empty(path: Path) -> None:
-    """Refuses a place for a new campaign where there is something else.
+    """Refuse a path for a new campaign that is in use.
 
     Raises:
-        CampaignError: it is a file, or a folder with other things in it than a killed command may have left there.
+        CampaignError: it is a file, or a folder with other content than a killed command may have left there.
     """
     if path.exists() and not path.is_dir():
         raise CampaignError(f"{str(path)!r} is a file: give a folder for the campaign with -o")
@@ -154,30 +153,13 @@ def check_empty(path: Path) -> None:
         raise CampaignError(f"{str(path)!r} is not empty ({strange[0]}): give another folder, or one to be made")
 
 
-@contextmanager
-def held(path: Path) -> Iterator[None]:
-    """The folder, made if need be, for this command alone. The lock is the kernel's and ends with its holder.
-
-    Raises:
-        CampaignError: another command holds it, or it cannot be made.
-    """
-    try:
-        path.mkdir(parents=True, exist_ok=True)
-        descriptor = os.open(path / LOCK, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o666)
-    except OSError as error:
-        raise CampaignError(f"{str(path)!r} cannot be used: {error.strerror or error}") from None
-    try:
-        try:
-            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError:
-            raise CampaignError(f"another command is running the campaign in {str(path)!r}: wait for it") from None
-        yield
-    finally:
-        os.close(descriptor)
+def campaign_lock(path: Path) -> AbstractContextManager[None]:
+    """Hold the folder of a campaign for this command alone; see :func:`spherical_wrist.folder_lock.folder_lock`."""
+    return folder_lock(path, CampaignError, "running the campaign")
 
 
 def batch_size(campaign: Campaign) -> int:
-    """Episodes in a batch: a second's work, whole samples where that is possible."""
+    """Compute the number of episodes in a batch: about a second of work, whole samples if possible."""
     if campaign.batch is not None:
         return campaign.batch
     first = next(iter(campaign.bases.values()))
@@ -186,21 +168,21 @@ def batch_size(campaign: Campaign) -> int:
     return max(round(min(wanted, campaign.size / FEWEST_BATCHES) / laws), 1) * laws
 
 
-def _told(path: Path) -> dict[str, Any]:
-    file = path / MEANT
+def _read(path: Path) -> dict[str, Any]:
+    file = path / RESOLVED
     try:
-        told = json.loads(file.read_bytes())
+        description = json.loads(file.read_bytes())
     except FileNotFoundError:
-        raise CampaignError(f"{str(path)!r} holds no campaign: there is no {MEANT} in it") from None
+        raise CampaignError(f"{str(path)!r} holds no campaign: there is no {RESOLVED} in it") from None
     except (OSError, ValueError) as error:
         raise CampaignError(f"{str(file)!r} cannot be read: {error}") from None
-    if not isinstance(told, dict) or told.get("format") != FORMAT:
+    if not isinstance(description, dict) or description.get("format") != FORMAT:
         raise CampaignError(f"{str(file)!r} is not of format {FORMAT}: was it made by another version?")
-    return told
+    return description
 
 
 def _left_behind(path: Path) -> bool:
-    """Whether a command that was killed before the campaign was there leaves such a thing."""
+    """Return True for content left by a command that was killed while it created the campaign."""
     if path.name == EPISODES and path.is_dir():
         return not any(path.iterdir())
     return path.name in (LOCK, GIVEN) or (path.name.startswith(".") and path.name.endswith(".part"))

@@ -1,22 +1,21 @@
-"""One episode of a campaign, alone."""
+"""Replay of a single episode of a campaign."""
 
-from dataclasses import asdict
 from math import isnan
 from typing import Any, NamedTuple
 
 from spherical_wrist.campaign.errors import CampaignError
 from spherical_wrist.campaign.folder import Folder
-from spherical_wrist.experiment.run import Run
-from spherical_wrist.experiment.simulate import simulate
+from spherical_wrist.simulation.run import Run
+from spherical_wrist.simulation.simulate import simulate
 
 
 class Replay(NamedTuple):
-    """An episode that was run again.
+    """Replayed episode.
 
     Attributes:
-        run: the same episode, with its series.
-        stored: its row in the campaign's table; None where it is not there yet.
-        differences: names of the columns whose stored value is not, bit for bit, what came out now.
+        run: run of the episode, with its series.
+        stored: row of the episode in the campaign's table; None if it is not stored yet.
+        differences: names of the columns whose stored value differs from that of the run in any bit.
     """
 
     run: Run
@@ -24,7 +23,7 @@ class Replay(NamedTuple):
     differences: tuple[str, ...]
 
     def check(self) -> None:
-        """Raises where the replay is not the episode that is stored.
+        """Check that the replay equals the stored episode.
 
         Raises:
             CampaignError: values differ; the message names them.
@@ -37,25 +36,26 @@ class Replay(NamedTuple):
 
 
 def replay(folder: Folder, id_: int) -> Replay:
-    """Runs an episode by its id.
+    """Run an episode by its id.
 
     Raises:
-        CampaignError: the campaign has no such episode.
-        WristError: the episode is invalid, or its law failed.
+        CampaignError: the campaign has no episode of this id.
+        WristError: the experiment of the episode is not valid, or its law raises.
     """
     size = folder.campaign.size
     if not 0 <= id_ < size:
         raise CampaignError(f"episode {id_}: the campaign's episodes are 0 to {size - 1}")
     (episode,) = folder.campaign.episodes(id_, id_ + 1)
-    stored = folder.episodes().one(id_)
+    stored = folder.files.row(id_)
     run = simulate(episode.experiment())
-    now = {"law": episode.law, "seed": episode.seed, "outcome": str(run.outcome.status), **asdict(run.metrics)}
-    now |= {"ended_at_s": run.outcome.time, "reason": run.outcome.reason}
-    different = () if stored is None else tuple(name for name, value in now.items() if not _same(stored[name], value))
-    return Replay(run, stored, different)
+    replayed = {"law": episode.law, "seed": episode.seed, "outcome": str(run.outcome.status), **run.metrics}
+    replayed |= {"ended_at_s": run.outcome.time, "reason": run.outcome.reason}
+    known = stored or {}
+    differences = tuple(name for name, value in replayed.items() if name in known and not _same(known[name], value))
+    return Replay(run, stored, differences)
 
 
 def _same(one: Any, other: Any) -> bool:
-    """Equal, or both not-a-number."""
+    """Return True if two values are equal, or both NaN."""
     both = isinstance(one, float) and isinstance(other, float)
     return bool(one == other or (both and isnan(one) and isnan(other)))

@@ -1,14 +1,14 @@
-"""Episodes as Parquet files, one for each batch, and queries over them.
+"""Storage of episodes in Parquet files, one for each batch, and queries over them.
 
 A row is an episode: ``id``, ``sample``, ``law`` (its label), ``seed``, the varied parameters by their dotted names,
-``outcome`` (completed, diverged, failed or invalid), ``ended_at_s``, ``reason``, and the metrics by name. A failed
-episode is one whose law raised or wrote no torque; an invalid one could not be simulated at all.
+``outcome`` (completed, diverged, failed or invalid), ``ended_at_s``, ``reason``, and the metrics by name. An episode is
+failed if its law raised or wrote no torque, and invalid if its experiment could not be simulated. A metric that is
+newer than a file is null in the table; a column of a metric that this version does not know stays in it.
 """
 
 import io
 import json
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import fields
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -20,9 +20,8 @@ from spherical_wrist.campaign.description import Campaign
 from spherical_wrist.campaign.distribution import Kind
 from spherical_wrist.campaign.errors import CampaignError
 from spherical_wrist.errors import one_line
-from spherical_wrist.metrics import Metrics
+from spherical_wrist.measure.metrics import METRICS
 
-METRICS = tuple(field.name for field in fields(Metrics))
 _TYPES: dict[Kind, pa.DataType] = {
     "number": pa.float64(),
     "integer": pa.int64(),
@@ -34,12 +33,12 @@ _DIGEST, _VERSIONS = b"campaign", b"versions"
 
 
 class Batch(NamedTuple):
-    """Episodes that are run and stored together.
+    """Batch of episodes, which are run and stored together.
 
     Attributes:
-        number: position among the batches.
+        number: index of the batch.
         first: id of the first episode.
-        last: id after the last one.
+        last: id of the last episode, plus 1.
     """
 
     number: int
@@ -48,16 +47,16 @@ class Batch(NamedTuple):
 
     @property
     def file(self) -> str:
-        """Name of its file."""
+        """Name of the file."""
         return f"{self.first:012d}-{self.last:012d}.parquet"
 
 
 class Column(NamedTuple):
-    """A varied parameter in the table.
+    """Column of a varied parameter.
 
     Attributes:
         name: dotted name of the parameter and of its column.
-        kind: of its values; tables and lists are JSON.
+        kind: kind of the values; tables and lists are stored as JSON.
     """
 
     name: str
@@ -65,12 +64,18 @@ class Column(NamedTuple):
 
 
 def columns(campaign: Campaign) -> list[Column]:
-    """The varied parameters, but for the seed, which has a column of its own."""
-    return [Column(name, found.kind) for name, found in campaign.distributions.items() if name != "seed"]
+    """Return the columns of the varied parameters, without the seed, which always has a column."""
+    return [Column(name, distribution.kind) for name, distribution in campaign.distributions.items() if name != "seed"]
 
 
 def schema(campaign: Campaign, digest: str) -> pa.Schema:
-    """Names and types of the table; its metadata says which campaign it belongs to."""
+    """Return names and types of the columns. The metadata has the digest of the campaign."""
+    metrics = [pa.field(name, pa.float64()) for name in METRICS]
+    return pa.schema([*fixed_schema(campaign), *metrics], metadata={_DIGEST: digest.encode()})
+
+
+def fixed_schema(campaign: Campaign) -> pa.Schema:
+    """Return names and types of all columns except the metrics."""
     return pa.schema(
         [
             pa.field("id", pa.int64(), nullable=False),
@@ -81,19 +86,19 @@ def schema(campaign: Campaign, digest: str) -> pa.Schema:
             pa.field("outcome", pa.string(), nullable=False),
             pa.field("ended_at_s", pa.float64(), nullable=False),
             pa.field("reason", pa.string(), nullable=False),
-            *(pa.field(name, pa.float64()) for name in METRICS),
-        ],
-        metadata={_DIGEST: digest.encode()},
+        ]
     )
 
 
-def encoded(campaign: Campaign, digest: str, versions: Mapping[str, str], rows: Sequence[Mapping[str, Any]]) -> bytes:
-    """Rows as the bytes of a Parquet file with checksums of its pages; the same rows give the same bytes.
+def encode_rows(
+    campaign: Campaign, digest: str, versions: Mapping[str, str], rows: Sequence[Mapping[str, Any]]
+) -> bytes:
+    """Encode rows as a Parquet file with checksums of its pages. The same rows give the same bytes.
 
-    The versions of what computed them go into the file's metadata.
+    The metadata of the file has the versions that computed the rows.
     """
-    told = {column.name for column in columns(campaign) if column.kind == "table"}
-    plain = [{name: json.dumps(v) if name in told else v for name, v in row.items()} for row in rows]
+    as_json = {column.name for column in columns(campaign) if column.kind == "table"}
+    plain = [{name: json.dumps(v) if name in as_json else v for name, v in row.items()} for row in rows]
     names = schema(campaign, digest)
     names = names.with_metadata({**(names.metadata or {}), _VERSIONS: json.dumps(dict(versions)).encode()})
     table = pa.Table.from_pylist(plain, schema=names)
@@ -103,41 +108,41 @@ def encoded(campaign: Campaign, digest: str, versions: Mapping[str, str], rows: 
 
 
 class EpisodeFiles:
-    """The batches of a campaign in a folder.
+    """Parquet files of a campaign, one for each batch.
 
     Args:
-        folder: where the files are.
-        campaign: what they belong to.
-        digest: of the campaign, which every file carries.
-        size: episodes in a batch.
+        folder: folder of the files.
+        campaign: campaign.
+        digest: digest of the campaign, which every file contains.
+        size: number of episodes in a batch.
     """
 
     def __init__(self, folder: Path, campaign: Campaign, digest: str, size: int) -> None:
         self.folder, self._campaign, self._size = folder, campaign, size
-        self._schema = schema(campaign, digest)
+        self._schema, self._fixed = schema(campaign, digest), fixed_schema(campaign)
         self.count = -(-campaign.size // size)
 
     def batch(self, number: int) -> Batch:
-        """A batch by its number."""
+        """Return a batch by its number."""
         return Batch(number, number * self._size, min((number + 1) * self._size, self._campaign.size))
 
     def path(self, batch: Batch) -> Path:
-        """The file of a batch."""
+        """Return the path of the file of a batch."""
         return self.folder / batch.file
 
-    def survey(self) -> "Survey":
-        """Reads every file to its end and says which batches are there, and which files are not to be trusted."""
-        there, odd = set(), []
+    def scan(self) -> "ScanResult":
+        """Read and check every file. Return the complete batches, and the faults of other files."""
+        complete, faults = set(), []
         for path in sorted(self.folder.iterdir()) if self.folder.is_dir() else ():
             if path.name.startswith("."):
                 continue
             batch = self._batch_of(path)
-            fault = "no file of this campaign" if batch is None else self._fault(path, batch)
+            fault = "not a file of this campaign" if batch is None else self._fault(path, batch)
             if batch is None or fault:
-                odd.append(f"{path.name}: {fault}")
+                faults.append(f"{path.name}: {fault}")
             else:
-                there.add(batch.number)
-        return Survey(there, odd)
+                complete.add(batch.number)
+        return ScanResult(complete, faults)
 
     def _batch_of(self, path: Path) -> Batch | None:
         first = path.name[:12]
@@ -145,77 +150,101 @@ class EpisodeFiles:
         return batch if batch and batch.file == path.name and batch.first < batch.last else None
 
     def _fault(self, path: Path, batch: Batch) -> str:
-        """What is wrong with a file; empty where it is as it was written."""
+        """Return the fault of a file; empty for a valid file."""
         try:
             with parquet.ParquetFile(path, page_checksum_verification=True) as file:
-                if not file.schema_arrow.equals(self._schema, check_metadata=False):
+                if not self._has_columns(file.schema_arrow):
                     return "its columns are not those of this campaign"
                 if (file.schema_arrow.metadata or {}).get(_DIGEST) != (self._schema.metadata or {})[_DIGEST]:
                     return "it belongs to another campaign"
                 ids = file.read().column("id").to_pylist()
         except (pa.ArrowException, OSError, ValueError) as error:
             return f"damaged ({one_line(error, limit=80)})"
-        return "" if ids == list(range(batch.first, batch.last)) else "its rows are not those its name says"
+        return "" if ids == list(range(batch.first, batch.last)) else "its rows do not match its name"
 
-    def table(self, there: set[int]) -> "Episodes":
-        """Those of the batches ``there`` as one table."""
-        return Episodes([self.path(self.batch(number)) for number in sorted(there)], self._schema)
+    def _has_columns(self, schema: pa.Schema) -> bool:
+        """Return True if a file has the fixed columns, followed by any metrics."""
+        metrics = list(schema)[len(self._fixed) :]
+        fixed = pa.schema(list(schema)[: len(self._fixed)])
+        return bool(fixed.equals(self._fixed)) and all(each.type == pa.float64() for each in metrics)
+
+    def row(self, id_: int) -> dict[str, Any] | None:
+        """Return the row of an episode with the columns of its file; None if there is no valid file."""
+        batch = self.batch(id_ // self._size)
+        path = self.path(batch)
+        if not path.is_file() or self._fault(path, batch):
+            return None
+        row: dict[str, Any] = parquet.read_table(path).slice(id_ - batch.first, 1).to_pylist()[0]
+        return row
+
+    def table(self, complete: set[int]) -> "Episodes":
+        """Return the episodes of some batches as one table."""
+        return Episodes([self.path(self.batch(number)) for number in sorted(complete)], self._schema)
 
 
-class Survey(NamedTuple):
-    """What is in a folder of episodes.
+class ScanResult(NamedTuple):
+    """Result of a scan of a campaign's files.
 
     Attributes:
-        there: numbers of the batches whose files are whole.
-        odd: names of other files, each with what is wrong with it.
+        complete: numbers of the batches whose files are valid.
+        faults: names of the other files, each with its fault.
     """
 
-    there: set[int]
-    odd: list[str]
+    complete: set[int]
+    faults: list[str]
 
 
 class Episodes:
-    """Stored episodes as a table that DuckDB queries, one file after the other, whatever their number."""
+    """Table of stored episodes, queried by DuckDB file by file, so that memory does not grow with their number."""
 
     def __init__(self, files: Sequence[Path], table: pa.Schema) -> None:
         self._schema = table
-        self._base = duckdb.connect(config={"autoinstall_known_extensions": "false"})
+        self._database = duckdb.connect(config={"autoinstall_known_extensions": "false"})
         if files:
-            listed = ", ".join("'" + str(file).replace("'", "''") + "'" for file in files)
-            self._base.execute(f"CREATE VIEW episodes AS SELECT * FROM read_parquet([{listed}])")
+            create_episodes_view(self._database, files)
         else:
-            self._base.register("episodes", table.empty_table())
+            self._database.register("episodes", table.empty_table())
 
     def rows(self, sql: str, values: Sequence[Any] = ()) -> list[dict[str, Any]]:
-        """The rows that a query gives, as dictionaries. The table is called ``episodes``.
+        """Return the rows of a query as dictionaries. The name of the table is ``episodes``.
 
         Args:
-            sql: the query; ``?`` stands for a value, and names with dots are quoted: ``"disturbance.level"``.
-            values: one for each ``?``.
+            sql: query; ``?`` stands for a value, and names with dots are quoted: ``"disturbance.level"``.
+            values: values of the ``?``.
 
         Raises:
-            CampaignError: DuckDB refuses the query, or a file has gone.
+            CampaignError: DuckDB refuses the query, or a file is missing.
         """
-        return list(self._asked(sql, values).to_arrow_table().to_pylist())
+        return list(self._query(sql, values).to_arrow_table().to_pylist())
 
     def arrays(self, sql: str, values: Sequence[Any] = ()) -> dict[str, Any]:
-        """The columns that a query gives, as NumPy arrays; a missing number is not-a-number. See :meth:`rows`."""
-        table = self._asked(sql, values).to_arrow_table()
+        """Return the columns of a query as NumPy arrays, with NaN for missing numbers. See :meth:`rows`."""
+        table = self._query(sql, values).to_arrow_table()
         return {name: table.column(name).to_numpy() for name in table.column_names}
 
-    def one(self, id_: int) -> dict[str, Any] | None:
-        """The row of one episode, if it is there."""
-        found = self.rows("SELECT * FROM episodes WHERE id = ?", [id_])
-        return found[0] if found else None
-
     def in_order(self, size: int = 10_000) -> Iterator[dict[str, Any]]:
-        """Every row, by id, ``size`` of them in memory at a time."""
-        asked = self._asked("SELECT * FROM episodes ORDER BY id", ())
-        for batch in asked.to_arrow_reader(size):
+        """Yield all rows ordered by id, with ``size`` of them in memory at a time."""
+        result = self._query("SELECT * FROM episodes ORDER BY id", ())
+        for batch in result.to_arrow_reader(size):
             yield from batch.to_pylist()
 
-    def _asked(self, sql: str, values: Sequence[Any]) -> Any:
+    def _query(self, sql: str, values: Sequence[Any]) -> Any:
         try:
-            return self._base.sql(sql, params=list(values))
+            return self._database.sql(sql, params=list(values))
         except duckdb.Error as error:
             raise CampaignError(f"the episodes cannot be queried: {one_line(error)}") from None
+
+
+def create_episodes_view(database: duckdb.DuckDBPyConnection, files: Sequence[Path]) -> None:
+    """Create the view ``episodes`` over files of one or more versions, whose metrics may differ.
+
+    Args:
+        database: connection.
+        files: files, at least one.
+    """
+    listed = ", ".join("'" + str(file).replace("'", "''") + "'" for file in files)
+    database.execute("SET parquet_metadata_cache = true")  # a union by name reads the metadata of every file
+    database.execute(f"CREATE VIEW stored AS SELECT * FROM read_parquet([{listed}], union_by_name = true)")
+    present = {row[0] for row in database.execute("DESCRIBE stored").fetchall()}
+    missing = "".join(f', NULL::DOUBLE AS "{name}"' for name in METRICS if name not in present)
+    database.execute(f"CREATE VIEW episodes AS SELECT *{missing} FROM stored")

@@ -1,4 +1,4 @@
-"""How the laws of a campaign did, in a few figures each."""
+"""Summary of a campaign: a few figures for each law."""
 
 from typing import Any
 
@@ -9,7 +9,7 @@ QUANTILES = (0.5, 0.95, 1.0)
 
 
 def summary(episodes: Episodes) -> list[dict[str, Any]]:
-    """One dictionary for each law: its episodes by outcome, and quantiles of the errors of those that completed."""
+    """Return a dictionary for each law: episodes by outcome, and quantiles of the errors of completed episodes."""
     outcomes = ", ".join(
         f"count(*) FILTER (outcome = '{outcome}') AS {outcome}"
         for outcome in ("completed", "diverged", "failed", "invalid")
@@ -17,8 +17,8 @@ def summary(episodes: Episodes) -> list[dict[str, Any]]:
     figures = ", ".join(
         f"quantile_cont({name}, {list(QUANTILES)}) FILTER (outcome = 'completed') AS {name}" for name in FIGURES
     )
-    asked = f"SELECT law, count(*) AS episodes, {outcomes}, {figures} FROM episodes GROUP BY law ORDER BY min(id)"
+    query = f"SELECT law, count(*) AS episodes, {outcomes}, {figures} FROM episodes GROUP BY law ORDER BY min(id)"
     return [
         {**row, **{name: dict(zip(map(str, QUANTILES), row[name] or [], strict=False)) for name in FIGURES}}
-        for row in episodes.rows(asked)
+        for row in episodes.rows(query)
     ]

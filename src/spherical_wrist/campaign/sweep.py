@@ -1,4 +1,4 @@
-"""Runs what is left of a campaign and stores it, batch by batch."""
+"""Run the batches of a campaign that are not stored yet, and store them."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -10,13 +10,13 @@ from spherical_wrist.campaign.description import Campaign
 from spherical_wrist.campaign.digest import versions_here
 from spherical_wrist.campaign.errors import CampaignError
 from spherical_wrist.campaign.folder import Folder
-from spherical_wrist.campaign.rehearsal import rehearse
+from spherical_wrist.campaign.validation import validate
 from spherical_wrist.errors import RecordingError
 from spherical_wrist.files import write_whole
 
 
 class Listener(NamedTuple):
-    """Who is told how a sweep goes.
+    """Callbacks of a sweep.
 
     Attributes:
         progress: called with the number of episodes stored so far and of all.
@@ -27,45 +27,45 @@ class Listener(NamedTuple):
     warn: Callable[[str], None] = lambda text: None
 
 
-def rehearsed(file: Path) -> Campaign:
-    """The campaign in a file, checked as far as that is possible before the first episode.
+def read_campaign(file: Path) -> Campaign:
+    """Read a campaign file, and check it as far as possible before the first episode.
 
     Raises:
-        WristError: it is not valid.
+        WristError: the campaign is not valid.
     """
     campaign = Campaign.from_toml(file)
-    rehearse(campaign)
+    validate(campaign)
     return campaign
 
 
 def resume(path: Path, *, anyway: bool = False, file: Path | None = None) -> Folder:
-    """The campaign in a folder, whose lock the caller holds, to go on with.
+    """Open the folder of a campaign to continue it; the caller holds its lock.
 
     Args:
         path: the folder.
-        anyway: go on with other versions of packages.
+        anyway: if True, accept other versions of packages.
         file: the campaign file, to check that it is the same campaign.
 
     Raises:
-        CampaignError: there is none, or it has changed.
+        CampaignError: there is no campaign, or it has changed.
     """
     folder = Folder.open(path)
     if file is not None and Campaign.from_toml(file).resolved() != folder.campaign:
         raise CampaignError(f"{str(path)!r} holds another campaign than {str(file)!r}: give another folder with -o")
     folder.check_unchanged(versions=not anyway)
-    folder.tidy()
+    folder.remove_partial_files()
     return folder
 
 
 def sweep(folder: Folder, cluster: Cluster, listener: Listener) -> int:
-    """Runs every batch that is not stored yet; the number of episodes that were run. The caller holds the lock.
+    """Run every batch that is not stored yet, and return the number of episodes run. The caller holds the lock.
 
     Raises:
-        CampaignError: the scheduler or the disk stopped it; what is stored stays, and the campaign can be resumed.
-        WristError: an episode raised it.
+        CampaignError: the scheduler or the disk failed; stored episodes stay, and the campaign can be resumed.
+        WristError: raised by an episode.
     """
     files = folder.files
-    there, odd = files.survey()
+    there, odd = files.scan()
     for text in odd:
         listener.warn(f"not trusted, and run again where it belongs to the campaign: {text}")
     left = [number for number in range(files.count) if number not in there]

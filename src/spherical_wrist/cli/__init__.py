@@ -1,4 +1,4 @@
-"""The command line ``wrist``. It holds no physics and no mathematics, and imports the rest only when it is used."""
+"""Command line ``wrist``. It contains no physics and no mathematics, and imports the rest of the package when used."""
 
 import errno
 import signal
@@ -7,14 +7,14 @@ import warnings
 from typing import Any
 
 from spherical_wrist.cli.signals import raising
-from spherical_wrist.cli.streams import complain, discard, prepare
+from spherical_wrist.cli.streams import complain, discard, flush_errors, prepare
 from spherical_wrist.errors import WristError
 
 INVALID, SIGINT_CODE = 2, 130
 
 
 def main() -> None:
-    """Runs ``wrist``. Exit codes: 0 completed, 1 diverged, 2 wrong input, 128 + n stopped by signal n."""
+    """Run ``wrist``. Exit codes: 0 completed, 1 diverged, 2 wrong input, 128 + n stopped by signal n."""
     from typer.exceptions import Abort, TyperException
 
     prepare()
@@ -27,12 +27,12 @@ def main() -> None:
     except WristError as error:
         code = _refused(str(error))
     except TyperException as error:
-        # typer's own words for a wrong option, in our one line
+        # typer's text for a wrong option, in one line
         text = error.format_message() if hasattr(error, "format_message") else str(error)
         code = _refused(f"{text.strip()} (see wrist --help)")
     except (Abort, KeyboardInterrupt):
         code = SIGINT_CODE
-    except BrokenPipeError:  # whoever reads it has seen enough
+    except BrokenPipeError:  # the reader, such as head, has ended
         discard()
         code = 0
     except OSError as error:
@@ -43,12 +43,13 @@ def main() -> None:
     except Exception:
         if not interrupted:
             raise
-        code = SIGINT_CODE  # that of a module which was just being imported
+        code = SIGINT_CODE  # raised by a module that was being imported
+    flush_errors()
     sys.exit(code if isinstance(code, int) else 0)
 
 
 def _note_interruptions() -> list[int]:
-    """Notes Ctrl-C in the list that it returns: some modules make another error of it while they are imported."""
+    """Record Ctrl-C in the list that is returned: some modules raise another error for it while they are imported."""
     received: list[int] = []
 
     def interrupt(number: int) -> None:
@@ -61,33 +62,22 @@ def _note_interruptions() -> list[int]:
 
 
 def _command() -> Any:
-    from spherical_wrist.cli import (  # noqa: F401 their commands join those of app
-        campaign_commands,
-        guide_commands,
-        inspect_commands,
-        render_commands,
-        replay_commands,
-        report_commands,
-        study_commands,
-        tuning_commands,
-        view_commands,
-    )
     from spherical_wrist.cli.app import app
 
     return app(standalone_mode=False)
 
 
 def _explained(error: OSError) -> str:
-    """An error of the system that nobody else has put into words."""
+    """Return the text of an operating-system error that nothing else has explained."""
     if error.filename:
         return f"{error.filename!r}: {error.strerror}"
-    if error.errno == errno.ENOENT:  # what asking for it says
+    if error.errno == errno.ENOENT:  # raised by asking for the working directory
         return "the working directory was deleted: change to one that exists"
     return f"the output cannot be written: {error.strerror or error}"
 
 
 def _warn(message: Warning | str, *_: Any, **__: Any) -> None:
-    """What a library warns of, in one line without the place in its code."""
+    """Print the warning of a library in one line, without the place in its code."""
     complain(str(message), "warning")
 
 

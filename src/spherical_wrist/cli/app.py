@@ -1,154 +1,85 @@
-"""The commands and their options."""
+"""The command ``wrist``: a table of its commands, each in the module of its name, imported when it is used."""
 
-from pathlib import Path
+from importlib import import_module
+from inspect import cleandoc
 from typing import Annotated, Any
 
 import typer
+from typer.core import TyperCommand, TyperGroup
 
-from spherical_wrist.cli import completion
+COMMANDS = {
+    "run": "Simulate a closed loop, print how well it tracked, and record it.",
+    "list": "List laws, references, disturbances, sensors, motors and parameters, with units and defaults.",
+    "guide": "Read a guide: conventions, or how to bring a law, a motion, hardware or a wrist of your own.",
+    "view": "Show a recording in the Rerun viewer: the wrist as it moves, and everything over time.",
+    "inspect": "Show what was run, with which versions, and check the stored metrics against the recorded series.",
+    "diff": "Show how two runs differ: experiments, versions, outcomes, metrics, and where their series part.",
+    "replay": "Simulate a recording again from what is inside it, and compare bit for bit.",
+    "render": "Film a recorded run, rendered by MuJoCo; no screen is needed.",
+    "compare": "Compare laws on a suite of cases, and rank them.",
+    "frontier": "Find how far from the nominal wrist each law keeps the tool tip within a bound.",
+    "tune": "Tune the gains of a law: small errors against little chattering, over a family of perturbed wrists.",
+    "sweep": "Run a campaign: one experiment under many conditions, laws × samples, from a campaign file.",
+    "report": "Report on a campaign: one HTML page that needs nothing else, no network and no script.",
+    "paper": "Regenerate the evaluation of the source paper: table, figures, and a verdict on each claim.",
+}
+"""Summaries of the commands, in the order of the help. The rest of a command's help is its docstring."""
 
-app = typer.Typer(
-    name="wrist",
-    help="Closed-loop simulation of a surgical wrist on a ball joint, in MuJoCo, recorded with Rerun.",
-    no_args_is_help=True,
-    pretty_exceptions_enable=False,
-    rich_markup_mode=None,
-    context_settings={"help_option_names": ["-h", "--help"]},
-)
-
-Option = typer.Option
+SETTINGS: dict[str, Any] = {
+    "rich_markup_mode": None,
+    "pretty_exceptions_enable": False,
+    "context_settings": {"help_option_names": ["-h", "--help"]},
+}
 
 
-def _version(wanted: bool) -> None:
+class Commands(TyperGroup):
+    """Group of commands that are known by name and summary until one is used."""
+
+    def __init__(self, **settings: Any) -> None:
+        super().__init__(**settings)
+        self.commands = {name: TyperCommand(name, short_help=summary) for name, summary in COMMANDS.items()}
+
+    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        """Find the command that the arguments name, and import it."""
+        name, known, rest = super().resolve_command(ctx, args)
+        return name, None if known is None else _imported(known.name or ""), rest
+
+
+class Command(TyperCommand):
+    """Command whose help takes meanings and defaults of an experiment's parameters from their declarations."""
+
+    def format_options(self, ctx: Any, formatter: Any) -> None:
+        """Write the options, with the help texts of an experiment's parameters filled in."""
+        from spherical_wrist.experiment.options import OPTIONS
+
+        own = {option.name: option for option in OPTIONS}
+        for option in self.params:
+            if option.name in own and getattr(option, "help", "") is None:
+                option.help = own[option.name].help()  # type: ignore[attr-defined]
+        super().format_options(ctx, formatter)
+
+
+def _imported(name: str) -> Any:
+    from spherical_wrist.cli.options import with_options
+
+    command = import_module(f"spherical_wrist.cli.{name}").command
+    single = typer.Typer(add_completion=False, **SETTINGS)
+    text, _, _ = cleandoc(command.__doc__ or "").partition("\n\nRaises:")
+    single.command(name, cls=Command, help=f"{COMMANDS[name]}\n\n{text}")(with_options(command))
+    return typer.main.get_command(single)
+
+
+app = typer.Typer(name="wrist", cls=Commands, no_args_is_help=True, **SETTINGS)
+
+
+def _print_version(wanted: bool) -> None:
     if wanted:
-        from importlib.metadata import version
+        from spherical_wrist.versions import package_version
 
-        typer.echo(f"spherical-wrist {version('spherical-wrist')}")
+        typer.echo(f"spherical-wrist {package_version('spherical-wrist')}")
         raise typer.Exit
 
 
 @app.callback()
-def wrist(version: Annotated[bool, Option("--version", callback=_version, is_eager=True)] = False) -> None:
+def wrist(version: Annotated[bool, typer.Option("--version", callback=_print_version, is_eager=True)] = False) -> None:
     """Closed-loop simulation of a surgical wrist on a ball joint, in MuJoCo, recorded with Rerun."""
-
-
-@app.command()
-def run(
-    experiment: Annotated[Path | None, typer.Argument(help="experiment file; options take precedence over it")] = None,
-    law: Annotated[
-        str | None,
-        Option(
-            help="control law, or path/to/file.py:Name [fuzzy_sliding_computed_torque]", autocompletion=completion.laws
-        ),
-    ] = None,
-    reference: Annotated[
-        str | None,
-        Option(
-            help="desired motion, recorded:FILE, or path/to/file.py:Name [lissajous]",
-            autocompletion=completion.references,
-        ),
-    ] = None,
-    disturbance: Annotated[
-        float | None, Option(metavar="LEVEL", help="disturbance as a fraction of the peak nominal torque [0.25]")
-    ] = None,
-    disturbance_shape: Annotated[
-        str | None,
-        Option(
-            metavar="SHAPE",
-            help="shape of the disturbance, or path/to/file.py:Name [constant]",
-            autocompletion=completion.disturbances,
-        ),
-    ] = None,
-    mass_scale: Annotated[float | None, Option(help="scale of the plant's mass and inertia [1.25]")] = None,
-    hardware: Annotated[
-        str | None,
-        Option(
-            metavar="NAME",
-            help="sensors, motors and friction: ideal or realistic [ideal]",
-            autocompletion=completion.hardware,
-        ),
-    ] = None,
-    payload: Annotated[float | None, Option(metavar="KG", help="point mass at the plant's tool tip [0]")] = None,
-    duration: Annotated[float | None, Option(metavar="SECONDS", help="simulated time [10]")] = None,
-    control_period: Annotated[
-        float | None, Option(metavar="SECONDS", help="time from torque to torque [0.001]")
-    ] = None,
-    seed: Annotated[int | None, Option(help="seed of everything random [0]")] = None,
-    model: Annotated[Path | None, Option(metavar="FILE.xml", help="MJCF of the wrist [the package's own]")] = None,
-    joint: Annotated[str | None, Option(metavar="NAME", help="ball joint of a model that has several")] = None,
-    motors: Annotated[
-        str | None, Option(metavar="A,B,C", help="motors on that joint, of a model that has more than three")
-    ] = None,
-    tip: Annotated[str | None, Option(metavar="SITE", help="site of the tool tip [tip]")] = None,
-    set_: Annotated[
-        list[str] | None,
-        Option(
-            "--set",
-            metavar="NAME=VALUE",
-            help="any parameter, such as law.K=0.02; may be repeated (see wrist list)",
-            autocompletion=completion.settings,
-        ),
-    ] = None,
-    output: Annotated[Path, Option("--output", "-o", metavar="FILE.rrd", help="recording to write")] = Path(
-        "wrist.rrd"
-    ),
-    no_recording: Annotated[bool, Option("--no-recording", help="write no recording")] = False,
-    record_every: Annotated[int, Option(metavar="N", help="record every N-th control instant only")] = 1,
-    live: Annotated[bool, Option("--live", help="show the run while it is simulated, in an open wrist view")] = False,
-    viewer: Annotated[
-        str | None, Option(metavar="HOST:PORT", help="the viewer to show it live in [127.0.0.1:9876]")
-    ] = None,
-    json: Annotated[bool, Option("--json", help="print one JSON object and nothing else")] = False,
-) -> int:
-    """Simulate a closed loop, print how well it tracked, and record it.
-
-    Without arguments: the fuzzy law on a Lissajous motion for 10 s, against a constant disturbance of 25 % and a plant
-    25 % heavier than the controller believes. Values in brackets are the defaults.
-
-    Exit code: 0 completed, 1 diverged, 2 wrong input, 130 or 143 stopped by a signal (what was simulated is kept).
-    """
-    from spherical_wrist.cli.run import RunOptions, run_experiment
-    from spherical_wrist.experiment.presets import hardware as preset
-
-    given: dict[str, Any] = {
-        **(preset(hardware) if hardware is not None else {}),
-        "law": law,
-        "reference": reference,
-        "disturbance.name": disturbance_shape,
-        "disturbance.level": disturbance,
-        "mass_scale": mass_scale,
-        "payload": payload,
-        "duration": duration,
-        "control_period": control_period,
-        "seed": seed,
-        "model": model,
-        "joint": joint,
-        "motors": motors,
-        "tip": tip,
-    }
-    changes = {name: value for name, value in given.items() if value is not None}
-    if disturbance is not None:
-        changes["disturbance.amplitude"] = None  # a level takes the place of a torque
-    options = RunOptions(None if no_recording else output, record_every, json, live or viewer is not None, viewer)
-    return run_experiment(experiment, changes, set_ or [], options)
-
-
-@app.command(name="list")
-def list_(
-    json: Annotated[bool, Option("--json", help="print one JSON object and nothing else")] = False,
-) -> None:
-    """List laws, references, disturbances, sensors, motors and an experiment's parameters, with units and defaults."""
-    from spherical_wrist.cli.list import list_parameters
-
-    list_parameters(json)
-
-
-@app.command()
-def paper(
-    output: Annotated[Path, Option("--output", "-o", metavar="DIR", help="folder to write")] = Path("paper"),
-    json: Annotated[bool, Option("--json", help="print one JSON object and nothing else")] = False,
-) -> None:
-    """Regenerate the evaluation of the source paper: its table and figures, and a verdict on each of its claims."""
-    from spherical_wrist.cli.paper import regenerate_paper
-
-    regenerate_paper(output, json)

@@ -1,28 +1,32 @@
 """``wrist compare``: laws × cases, ranked."""
 
-import json
+from __future__ import annotations
+
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Annotated, Any
 
 from rich.table import Table
 from rich.text import Text
+from typer import Option
 
-from spherical_wrist.cli.output import number, print_json, printer
+from spherical_wrist.cli.options import (
+    CaseFile,
+    CaseNames,
+    Changes,
+    ExperimentFile,
+    Folder,
+    Jobs,
+    Json,
+    Laws,
+    Settings,
+    with_parameters,
+)
 from spherical_wrist.cli.progress import counting
-from spherical_wrist.cli.tables import Entry, fitted, short
-from spherical_wrist.comparison.cases import DEFAULT, read_cases, select
-from spherical_wrist.comparison.compare import compare
-from spherical_wrist.comparison.contestants import contestants
-from spherical_wrist.comparison.report import FIGURES, as_csv, as_markdown, figure, told
-from spherical_wrist.experiment.command import read_settings
-from spherical_wrist.experiment.description import read_toml
-from spherical_wrist.files import write_together
+from spherical_wrist.cli.tables import Entry, fitted, json_bytes, number, print_json, printer, short, written_to
 
 FEW = 40
-"""Number of cells up to which all of their figures are printed without being asked for."""
-NARROW = ("rms_error_rad", "max_tip_error_mm", "chattering_ratio", "peak_torque_Nm")
-"""Figures that fit beside the name of a law in 80 columns."""
+"""Number of cells up to which every figure is printed without --full."""
 WIDE = 118
 ABOUT = (
     "score: geometric mean over the cases of the RMS error as a multiple of the best law's; ideal, non-ideal: geometric"
@@ -31,75 +35,82 @@ ABOUT = (
 )
 
 
-class CompareOptions(NamedTuple):
-    """What to compare and where to; see ``wrist compare --help``."""
+@with_parameters("duration", "seed")
+def command(
+    *,
+    experiment: ExperimentFile = None,
+    law: Laws = None,
+    case: CaseNames = None,
+    cases: CaseFile = None,
+    set_: Settings = None,
+    changes: Changes,
+    output: Folder = None,
+    record: Annotated[
+        list[str] | None,
+        Option(metavar="LAW:CASE", help="record this run to DIR, or those that match 'pd:*', or all; may be repeated"),
+    ] = None,
+    full: Annotated[bool, Option("--full", help="print every figure of every law on every case")] = False,
+    jobs: Jobs = None,
+    json: Json = False,
+) -> None:
+    """The suite: disturbances and wrong masses with ideal hardware, then every fault of sensors and motors, then all.
 
-    laws: list[str]
-    cases: list[str]
-    suite: Path | None
-    folder: Path | None
-    record: list[str]
-    full: bool
-    jobs: int | None
-    json: bool
+    A case of your own is a table of a FILE.toml with a name and any parameters: [[case]] name = "late",
+    sensing.delay = 0.002.
 
+    The score of a law is the geometric mean, over the cases, of its RMS error as a multiple of the best law's. With
+    -o: comparison.json, .csv, .md, and a picture of error against chattering as .png and .svg.
 
-def compare_laws(file: Path | None, changes: Mapping[str, Any], settings: list[str], options: CompareOptions) -> None:
-    """Compares, prints and writes.
-
-    Args:
-        file: experiment file, if any.
-        changes: values by dotted name that take the place of those in the file and of the cases.
-        settings: ``name=value`` texts that take the place of all.
-        options: the rest.
-
-    Raises:
-        WristError: wrong input, or a file that cannot be written.
+    Exit code: 0 compared (laws may have diverged), 2 wrong input, 130 stopped by Ctrl-C.
     """
-    tables = read_toml(file) if file else {}
-    every = {**changes, **read_settings(settings)}
-    laws = contestants(options.laws, tables, every)
-    cases = select(read_cases(options.suite) if options.suite else DEFAULT, options.cases)
+    from spherical_wrist.comparison.cases import DEFAULT, read_cases, select
+    from spherical_wrist.comparison.compare import compare
+    from spherical_wrist.comparison.law_selection import laws_from_texts
+    from spherical_wrist.comparison.report import to_dict
+    from spherical_wrist.experiment.command import read_settings
+    from spherical_wrist.experiment.description import read_toml
+
+    tables = read_toml(experiment) if experiment else {}
+    every = {**changes, **read_settings(set_ or [])}
+    laws = laws_from_texts(law or [], tables, every)
+    chosen = select(read_cases(cases) if cases else DEFAULT, case or [])
     with counting("comparing") as progress:
-        found = compare(
-            laws, cases, tables, every, record=options.record, folder=options.folder, jobs=options.jobs,
-            progress=progress,
-        )  # fmt: skip
-    table = told(found, str(options.suite or "default"))
-    if options.folder is not None:
-        _write(table, options.folder)
-    if options.json:
+        results = compare(laws, chosen, tables, every, record=record or [], folder=output, jobs=jobs, progress=progress)
+    table = to_dict(results, str(cases or "default"))
+    if output is not None:
+        _write(table, output)
+    if json:
         print_json(table)
     else:
-        print_comparison(table, options)
+        print_comparison(table, full=full, folder=output)
 
 
 def _write(table: dict[str, Any], folder: Path) -> None:
     from spherical_wrist.comparison.picture import as_files, pareto_picture
+    from spherical_wrist.comparison.report import as_csv, as_markdown
+    from spherical_wrist.files import write_together
 
     contents = as_files(pareto_picture(table), "comparison")
     contents["comparison.csv"] = as_csv(table).encode()
     contents["comparison.md"] = as_markdown(table, number).encode()
     table["files"] = sorted([*contents, "comparison.json"])
-    contents["comparison.json"] = (json.dumps(table, indent=2, ensure_ascii=False, allow_nan=False) + "\n").encode()
+    contents["comparison.json"] = json_bytes(table)
     write_together({folder / name: content for name, content in contents.items()})
 
 
-def print_comparison(table: dict[str, Any], options: CompareOptions) -> None:
-    """Prints the standings, then the errors or every figure of the cells, and what diverged.
+def print_comparison(table: dict[str, Any], *, full: bool, folder: Path | None) -> None:
+    """Print the ranking, then the errors or every figure of the cells, and the runs that diverged.
 
     Args:
-        table: what :func:`spherical_wrist.comparison.report.told` returns.
-        options: whether all figures are wanted, and where files were written.
+        table: comparison as :func:`spherical_wrist.comparison.report.to_dict` returns it.
+        full: print every figure.
+        folder: folder that files were written to, if any.
     """
     console = printer()
     console.print(_standings(table, console.width))
     console.print(Text(ABOUT, "dim"))
-    if options.full or len(table["cells"]) <= FEW:
-        blocks = _figures(table, console.width)
-    else:
-        blocks = _matrix(table, console.width)
-    for block in blocks:
+    every = full or len(table["cells"]) <= FEW
+    for block in (_figures if every else _matrix)(table, console.width):
         console.print()
         console.print(block)
     console.print()
@@ -107,28 +118,30 @@ def print_comparison(table: dict[str, Any], options: CompareOptions) -> None:
         if cell["outcome"] != "completed":
             where = f"{cell['law']} on {cell['case']} {cell['outcome']} at {cell['ended_at_s']:.6g} s: {cell['reason']}"
             console.print(Text(where, "red"), soft_wrap=True)
-    if options.folder is None:
+    if folder is None:
         console.print(Text("every figure: --full; files and the picture: -o DIR; commands that replay: --json", "dim"))
     else:
         recorded = sum(cell["recording"] is not None for cell in table["cells"])
         more = f" and {recorded} recordings" if recorded else ""
-        names = ", ".join(table["files"])
-        console.print(Text.assemble("written to ", (str(options.folder), "bold"), f": {names}{more}"), soft_wrap=True)
+        console.print(written_to(folder, ", ".join(table["files"]) + more), soft_wrap=True)
 
 
 def _standings(table: dict[str, Any], width: int) -> Table:
+    from spherical_wrist.comparison.report import CHATTERING, ERROR
+    from spherical_wrist.measure.metrics import METRICS
+
     groups = list(table["laws"][0]["groups"])
     failures = any(row["diverged"] for row in table["laws"])
     headings = ["#", "law", "score", "best\non", *(["div."] if failures else [])]
-    headings += [*(f"{_first(group)}\n[rad]" for group in groups), "chat-\ntering"]
+    headings += [*(f"{_first(group)}\n[{METRICS[ERROR].unit}]" for group in groups), "chat-\ntering"]
     rows: list[list[Entry]] = []
     for row in table["laws"]:
         figures = [row["groups"][group] for group in groups]
         entries: list[Entry] = [str(row["rank"]), Text(row["law"], "bold"), short(row["score"]), str(row["wins"])]
         if failures:
             entries.append(Text(str(len(row["diverged"])), "red" if row["diverged"] else ""))
-        entries += [_mean(entry["rms_error_rad"], "{:.1e}") for entry in figures]
-        rows.append([*entries, _mean(figures[-1]["chattering_ratio"], "×{:.3g}")])
+        entries += [_mean(entry[ERROR], "{:.1e}") for entry in figures]
+        rows.append([*entries, _mean(figures[-1][CHATTERING], "×{:.3g}")])
     return fitted(f"{len(rows)} laws × {len(table['cases'])} cases", headings, rows, width, names=1)
 
 
@@ -141,25 +154,32 @@ def _mean(spread: Mapping[str, float] | None, form: str) -> str:
 
 
 def _matrix(table: dict[str, Any], width: int) -> Iterator[Table]:
-    """RMS errors, cases by laws, in blocks of as many laws as there is room for."""
+    """Yield tables of RMS errors, cases × laws, each with as many laws as fit the terminal."""
+    from spherical_wrist.comparison.report import ERROR
+    from spherical_wrist.measure.metrics import METRICS
+
     names = [case["case"] for case in table["cases"]]
     cells = {(cell["law"], cell["case"]): cell for cell in table["cells"]}
     room = max(1, (width - max(map(len, names)) - 1) // len("1.2e-03 "))
     for first in range(0, len(table["laws"]), room):
         laws = table["laws"][first : first + room]
         rows = [[case, *(_error(cells[law["law"], case]) for law in laws)] for case in names]
-        title = "RMS error [rad] of the laws above, by rank" if not first else ""
+        title = f"{METRICS[ERROR].heading_and_unit} of the laws above, by rank" if not first else ""
         yield fitted(title, ["case", *(f"#{law['rank']}" for law in laws)], rows, width)
 
 
 def _error(cell: Mapping[str, Any]) -> Text:
+    from spherical_wrist.comparison.report import ERROR
+
     if cell["outcome"] != "completed":
         return Text("div.", "red")
-    return Text(f"{cell['metrics']['rms_error_rad']:.1e}", "bold green" if cell["rank"] == 1 else "")
+    return Text(f"{cell['metrics'][ERROR]:.1e}", "bold green" if cell["rank"] == 1 else "")
 
 
 def _figures(table: dict[str, Any], width: int) -> Iterator[Table]:
-    """Every figure that there is room for, case by case, best law first."""
+    """Yield a table for each case, best law first, with every figure that fits the terminal."""
+    from spherical_wrist.comparison.report import FIGURES, NARROW, figure, heading
+
     wanted = FIGURES if width >= WIDE else NARROW
     first, *others = wanted
     keys = [first, *(key for key in others if any(figure(cell, key) is not None for cell in table["cells"]))]
@@ -171,6 +191,6 @@ def _figures(table: dict[str, Any], width: int) -> Iterator[Table]:
             if cell["outcome"] != "completed":
                 entries[1] = Text(cell["outcome"], "red")
             rows.append(entries)
-        headings = ["law", *(FIGURES[key].replace(" [", "\n[") for key in keys)]
+        headings = ["law", *(heading(key).replace(" [", "\n[") for key in keys)]
         title = f"{case['case']}: {case['meaning']}" if case["meaning"] else case["case"]
         yield fitted(title, headings, rows, width)

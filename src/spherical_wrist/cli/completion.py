@@ -1,71 +1,63 @@
-"""What the shell offers for the values of options, quickly: nothing heavy is imported."""
+"""Values of options that the shell offers: names, settings with their defaults, and files."""
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from pathlib import Path
+from typing import Any
 
 from typer import Context
 
-from spherical_wrist.cli.scan import Family, experiment_defaults, parts
+from spherical_wrist.experiment.options import OPTIONS
 from spherical_wrist.experiment.presets import HARDWARE
 from spherical_wrist.guides import NAMES, read_guide
 
-_STANDARD = {
-    "law": "fuzzy_sliding_computed_torque",
-    "reference": "lissajous",
-    "disturbance": "constant",
-    "sensing": "ideal",
-    "actuation": "ideal",
-}
-"""Members that an experiment has where nothing else is said; a test checks them."""
-
-_OPTIONS = {"law": "law", "reference": "reference", "disturbance": "disturbance_shape"}
-"""Of the parts that have an option of their own, its name in the code."""
+LONGEST = 60
+"""Characters of a default up to which it is offered with the name of its parameter."""
 
 Offer = list[tuple[str, str]]
 
 
-def laws(incomplete: str) -> Offer:
-    """Control laws."""
-    return _members("law", incomplete)
+def members(part: str) -> Callable[[str], Offer]:
+    """Return a completion of the names that a part of an experiment may have; of nothing for other parameters."""
+
+    def complete(incomplete: str) -> Offer:
+        from spherical_wrist.experiment.description import PARTS
+
+        found = PARTS[part].members if part in PARTS else {}
+        return _offer(((name, (member.__doc__ or "").partition("\n")[0]) for name, member in found.items()), incomplete)
+
+    return complete
 
 
-def references(incomplete: str) -> Offer:
-    """Desired motions."""
-    return _members("reference", incomplete)
-
-
-def disturbances(incomplete: str) -> Offer:
-    """Shapes of a disturbance."""
-    return _members("disturbance", incomplete)
+laws = members("law")
 
 
 def hardware(incomplete: str) -> Offer:
-    """Kinds of sensors and motors."""
+    """Complete the name of a kind of sensors and motors."""
     return _offer(((name, "") for name in HARDWARE), incomplete)
 
 
 def settings(context: Context, incomplete: str) -> Offer:
-    """Parameters of the experiment as far as it is typed, with their defaults, ready to be changed."""
-    given = context.params
-    found = [f"{name}={default}" for name, default in experiment_defaults().items() if name not in parts()]
-    for part in parts():
-        family = Family(part)
-        name = given.get(_OPTIONS.get(part, ""))
-        if part in ("sensing", "actuation"):
-            name = HARDWARE.get(given.get("hardware") or "", {}).get(part)
+    """Complete a setting of the experiment that is typed so far, with its default."""
+    from spherical_wrist.experiment.description import PARTS, Experiment
+
+    given = {option.part: context.params.get(option.name) for option in OPTIONS if option.type is str}
+    given |= HARDWARE.get(context.params.get("hardware") or "", {})
+    found = [_setting(name, field.default) for name, field in Experiment.model_fields.items() if name not in PARTS]
+    for part, family in PARTS.items():
+        name = given.get(part)
         name = name[-1] if isinstance(name, list) and name else name  # of several laws, the last
-        member = name if isinstance(name, str) and name in family.members else _STANDARD[part]
-        found += [f"{part}.{parameter}={default}" for parameter, default in family.defaults(member).items()]
+        member = family.members.get(str(name)) or family.members[Experiment.model_fields[part].default]
+        found += [_setting(f"{part}.{parameter}", field.default) for parameter, field in member.model_fields.items()]
     return _offer(((each, "") for each in found), incomplete)
 
 
 def guides(incomplete: str) -> Offer:
-    """Guides, with what each is about."""
+    """Complete the name of a guide."""
     return _offer(((name, read_guide(name).title) for name in NAMES), incomplete)
 
 
 def recordings(incomplete: str) -> list[str]:
-    """Recordings, and folders where there is a choice; where there is only one folder the shell knows better."""
+    """Complete the path of a recording; a single folder is left to the shell, which completes it better."""
     typed = Path(incomplete + "*")
     try:
         found = sorted(typed.parent.glob(typed.name))
@@ -76,9 +68,14 @@ def recordings(incomplete: str) -> list[str]:
     return [*files, *(f"{path}/" for path in shown if path.is_dir())] if files else []
 
 
-def _members(part: str, incomplete: str) -> Offer:
-    family = Family(part)
-    return _offer(((name, family.about(name)) for name in family.members), incomplete)
+def _setting(name: str, default: Any) -> str:
+    from pydantic_core import PydanticUndefined, to_jsonable_python
+
+    from spherical_wrist.experiment.description import toml
+
+    value = None if default is PydanticUndefined else to_jsonable_python(default)
+    text = "" if value is None else value if isinstance(value, str) else toml(value)
+    return f"{name}={text if len(text) <= LONGEST else ''}"
 
 
 def _offer(names: Iterable[tuple[str, str]], incomplete: str) -> Offer:

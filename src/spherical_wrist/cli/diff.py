@@ -1,55 +1,86 @@
-"""``wrist diff``: how two runs differ."""
+"""``wrist diff``: differences between two runs."""
+
+from __future__ import annotations
 
 from collections.abc import Iterator
 from math import inf
 from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
 
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
+from typer import Argument, Option
 
-from spherical_wrist.cli.output import LABELS, headline, number, print_json, printer, thinning
-from spherical_wrist.cli.parameters_table import written
-from spherical_wrist.cli.tables import Entry, fitted
+from spherical_wrist.cli import completion
+from spherical_wrist.cli.options import Json, Plots
+from spherical_wrist.cli.tables import Entry, fitted, number, print_json, printer
 from spherical_wrist.errors import ParameterError
-from spherical_wrist.experiment.recordings import load_recording
-from spherical_wrist.experiment.run import Run
-from spherical_wrist.files import check_writable, write_together
-from spherical_wrist.inspection.difference import ArrayDifference, Difference
-from spherical_wrist.inspection.formats import IMAGES, check_suffix
-from spherical_wrist.inspection.run_difference import Figure, RunDifference, run_difference, told
+
+if TYPE_CHECKING:
+    from spherical_wrist.inspection.difference import ArrayDifference, Difference
+    from spherical_wrist.inspection.run_difference import Figure, RunDifference
+    from spherical_wrist.simulation.run import Run
 
 DIFFERENT = 1
 
 
-def diff_recordings(path_a: Path, path_b: Path, tolerance: float, plots: list[Path], as_json: bool) -> int:
-    """Compares, prints and draws; returns the exit code.
+def command(
+    a: Annotated[
+        Path, Argument(metavar="A.rrd", help="recording made by wrist run", autocompletion=completion.recordings)
+    ],
+    b: Annotated[Path, Argument(metavar="B.rrd", help="another one", autocompletion=completion.recordings)],
+    tolerance: Annotated[
+        float,
+        Option(
+            metavar="SIZE",
+            help="difference that counts as none, in the unit of each array: rad, rad/s, N·m, m … [0: same bits]",
+        ),
+    ] = 0.0,
+    plot: Plots = None,
+    json: Json = False,
+) -> int:
+    """Series are compared over the instants that both have: a thinned recording fits a full one, a short a long one.
+
+    The difference of a row is the Euclidean norm of that of its vectors; of attitudes, the angle between them, in which
+    q and −q are one. A plot shows the differences over time.
+
+    Exit code: 0 the same experiment with the same series (versions, wall time and thinning do not count), 1 they
+    differ, 2 wrong input.
 
     Raises:
-        RecordingError: a file is no recording of this package, or a picture cannot be written.
-        ParameterError: the tolerance is not one, or a picture has another suffix.
+        ParameterError: options contradict each other, or a value is not valid.
     """
+    from spherical_wrist.files import check_writable, write_together
+    from spherical_wrist.inspection.formats import IMAGES, check_suffix
+    from spherical_wrist.inspection.run_difference import run_difference, to_dict
+    from spherical_wrist.recording.runs import load_recording
+
+    plots = plot or []
     if not 0.0 <= tolerance < inf:
         raise ParameterError(f"--tolerance {tolerance:g}: a number of 0 or more is needed, such as 1e-9")
-    for plot in plots:
-        check_suffix(plot, "picture", IMAGES)
-        check_writable(plot, "picture")
-    a, b = load_recording(path_a), load_recording(path_b)
-    found = run_difference(a, b, tolerance)
+    for file in plots:
+        check_suffix(file, "picture", IMAGES)
+        check_writable(file, "picture")
+    runs = load_recording(a), load_recording(b)
+    difference = run_difference(*runs, tolerance)
     if plots:
         from spherical_wrist.inspection.difference_picture import difference_picture
         from spherical_wrist.inspection.drawing import as_image
 
-        drawing = difference_picture(a, b, found.series, (path_a.name, path_b.name))
-        write_together({plot: as_image(drawing, plot) for plot in plots}, "picture")
-    if as_json:
-        print_json({"a": str(path_a), "b": str(path_b), "plots": [str(plot) for plot in plots], **told(found)})
+        drawing = difference_picture(*runs, difference.series, (a.name, b.name))
+        write_together({file: as_image(drawing, file) for file in plots}, "picture")
+    if json:
+        print_json({"a": str(a), "b": str(b), "plots": [str(file) for file in plots], **to_dict(difference)})
     else:
-        _print(found, (a, b), (path_a, path_b), plots)
-    return 0 if found.same else DIFFERENT
+        _print(difference, runs, (a, b), plots)
+    return 0 if difference.same else DIFFERENT
 
 
 def _print(found: RunDifference, runs: tuple[Run, Run], paths: tuple[Path, Path], plots: list[Path]) -> None:
+    from spherical_wrist.cli.output import headline, thinning
+    from spherical_wrist.cli.parameters_table import written
+
     console = printer()
     for side, path, run in zip("AB", paths, runs, strict=True):
         console.print(Text.assemble((side, "bold"), "  ", (str(path), "bold"), f"  {len(run)} samples", thinning(run)))
@@ -77,7 +108,7 @@ def _print(found: RunDifference, runs: tuple[Run, Run], paths: tuple[Path, Path]
 
 
 def _columns(console: Console, title: str, headings: list[str], rows: list[list[Entry]]) -> None:
-    """A table whose values are wrapped where there is no room."""
+    """Print a table whose values wrap if the terminal is too narrow."""
     table = Table(
         title=title, title_justify="left", title_style="bold", box=None, padding=(0, 2, 0, 0), header_style="dim"
     )
@@ -89,15 +120,22 @@ def _columns(console: Console, title: str, headings: list[str], rows: list[list[
 
 
 def _metric(name: str, figure: Figure) -> list[Entry]:
-    label, unit = LABELS.get(name, (name, ""))
-    change = figure.change
+    from spherical_wrist.cli.output import metric_figure
+    from spherical_wrist.measure.metrics import METRICS
+
+    metric, change = METRICS[name], figure.change
     if change is None:
         text = "—"
     elif abs(change) < 10.0:
         text = f"{100.0 * change:+.3g} %" if change else "0"
     else:
         text = f"× {change + 1.0:.3g}"
-    return [label, number(figure.a), number(figure.b), text, Text(unit, "dim")]
+    return [
+        metric.label,
+        *(metric_figure(name, value) for value in (figure.a, figure.b)),
+        text,
+        Text(metric.shown_unit, "dim"),
+    ]
 
 
 def _row(array: ArrayDifference) -> list[Entry]:
@@ -116,7 +154,7 @@ def _row(array: ArrayDifference) -> list[Entry]:
 
 
 def _notes(found: RunDifference) -> Iterator[Text]:
-    """What the tables do not say."""
+    """Yield notes on arrays, and on the extent of the comparison."""
     series = found.series
     for array in series.arrays:
         if not array.comparable:

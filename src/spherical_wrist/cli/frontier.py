@@ -1,74 +1,92 @@
-"""``wrist frontier``: how far from the nominal wrist each law holds a bound."""
+"""``wrist frontier``: distance from the nominal wrist up to which each law holds a bound."""
 
-import json
+from __future__ import annotations
+
 import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any
 
 from rich.text import Text
+from typer import Option
 
-from spherical_wrist.cli.output import print_json, printer
+from spherical_wrist.cli.options import (
+    Bound,
+    Changes,
+    ExperimentFile,
+    Folder,
+    Jobs,
+    Json,
+    Laws,
+    Settings,
+    with_parameters,
+)
 from spherical_wrist.cli.progress import counting
-from spherical_wrist.cli.tables import Entry, fitted, short
-from spherical_wrist.comparison.contestants import contestants
-from spherical_wrist.comparison.crossing import Found
-from spherical_wrist.comparison.frontier import Axis, chosen_axes, frontier
-from spherical_wrist.comparison.frontier_report import told
-from spherical_wrist.experiment.command import read_settings
-from spherical_wrist.experiment.description import read_toml
-from spherical_wrist.files import write_together
+from spherical_wrist.cli.tables import Entry, fitted, json_bytes, print_json, printer, short, written_to
+
+if TYPE_CHECKING:
+    from spherical_wrist.comparison.frontier import Axis
 
 
-class FrontierOptions(NamedTuple):
-    """What to search and where to write; see ``wrist frontier --help``."""
+@with_parameters("duration", "seed")
+def command(
+    *,
+    experiment: ExperimentFile = None,
+    law: Laws = None,
+    axis: Annotated[
+        list[str] | None,
+        Option(metavar="NAME", help="mass, com, disturbance, delay or noise; may be repeated [all]"),
+    ] = None,
+    bound: Bound = 0.1,
+    tolerance: Annotated[float, Option(metavar="FRACTION", help="relative tolerance of the values")] = 0.02,
+    set_: Settings = None,
+    changes: Changes,
+    output: Folder = None,
+    jobs: Jobs = None,
+    json: Json = False,
+) -> None:
+    """Along each axis (mass, centre of mass, disturbance, delay, attitude noise) alone, values grow until a miss.
 
-    laws: list[str]
-    axes: list[str]
-    bound: float
-    tolerance: float
-    folder: Path | None
-    jobs: int | None
-    json: bool
+    A miss is a largest tip error in the steady window above the bound, or a run that diverges; bisection then finds the
+    first one. No value tested below it missed; values between tested ones are not known. Everything else is as in the
+    experiment: by default the Lissajous motion of an undisturbed plant equal to the nominal model.
 
+    The bound of 0.1 mm is what coronary surgery typically needs (Bachta et al., 2011). With -o: frontier.json, .png
+    and .svg.
 
-def find_frontier(file: Path | None, changes: Mapping[str, Any], settings: list[str], options: FrontierOptions) -> None:
-    """Searches, prints and writes.
-
-    Args:
-        file: experiment file, if any.
-        changes: values by dotted name that take the place of those in the file.
-        settings: ``name=value`` texts that take the place of both.
-        options: the rest.
-
-    Raises:
-        WristError: wrong input, or a file that cannot be written.
+    Exit code: 0 found, 2 wrong input, 130 stopped by Ctrl-C.
     """
-    tables = read_toml(file) if file else {}
-    every = {**changes, **read_settings(settings)}
-    laws, axes = contestants(options.laws, tables, every), chosen_axes(options.axes)
+    from spherical_wrist.comparison.frontier import chosen_axes, frontier
+    from spherical_wrist.comparison.frontier_report import to_dict
+    from spherical_wrist.comparison.law_selection import laws_from_texts
+    from spherical_wrist.experiment.command import read_settings
+    from spherical_wrist.experiment.description import read_toml
+
+    tables = read_toml(experiment) if experiment else {}
+    every = {**changes, **read_settings(set_ or [])}
+    laws, axes = laws_from_texts(law or [], tables, every), chosen_axes(axis or [])
     began = time.perf_counter()
     with counting("searching") as progress:
         edges = frontier(
-            laws, axes, tables, every, bound=options.bound, tolerance=options.tolerance, folder=options.folder,
-            jobs=options.jobs, progress=progress,
-        )  # fmt: skip
-    table = told(edges, laws, axes, options.bound, options.tolerance, time.perf_counter() - began)
-    if options.folder is not None:
-        _write(table, axes, options.folder)
-    if options.json:
+            laws, axes, tables, every, bound=bound, tolerance=tolerance, folder=output, jobs=jobs, progress=progress
+        )
+    table = to_dict(edges, laws, axes, bound, tolerance, time.perf_counter() - began)
+    if output is not None:
+        _write(table, axes, output)
+    if json:
         print_json(table)
     else:
-        _print(table, axes, options.folder)
+        _print(table, axes, output)
 
 
 def _write(table: dict[str, Any], axes: Sequence[Axis], folder: Path) -> None:
     from spherical_wrist.comparison.frontier_picture import frontier_picture
     from spherical_wrist.comparison.picture import as_files
+    from spherical_wrist.files import write_together
 
     contents = as_files(frontier_picture(table, axes), "frontier")
     table["files"] = sorted([*contents, "frontier.json"])
-    contents["frontier.json"] = (json.dumps(table, indent=2, ensure_ascii=False, allow_nan=False) + "\n").encode()
+    contents["frontier.json"] = json_bytes(table)
     write_together({folder / name: content for name, content in contents.items()})
 
 
@@ -90,20 +108,23 @@ def _print(table: dict[str, Any], axes: Sequence[Axis], folder: Path | None) -> 
     notes = "; ".join(f"{axis.name}: {axis.meaning}" for axis in axes)
     console.print(Text(f"{notes}. nominal: misses already there; > never missed up to there.", "dim"))
     if folder is not None:
-        names = ", ".join(table["files"])
-        console.print(Text.assemble("written to ", (str(folder), "bold"), f": {names}"), soft_wrap=True)
+        console.print(written_to(folder, ", ".join(table["files"])), soft_wrap=True)
 
 
 def _reach(edge: Mapping[str, Any], axis: Axis) -> float:
-    if edge["found"] == Found.NEVER:
+    from spherical_wrist.comparison.crossing import CrossingStatus
+
+    if edge["found"] == CrossingStatus.NEVER:
         return float("inf")
-    return -1.0 if edge["found"] == Found.NOMINAL else float(edge["misses"])
+    return -1.0 if edge["found"] == CrossingStatus.NOMINAL else float(edge["misses"])
 
 
 def _entry(edge: Mapping[str, Any], axis: Axis) -> str:
-    if edge["found"] == Found.NOMINAL:
+    from spherical_wrist.comparison.crossing import CrossingStatus
+
+    if edge["found"] == CrossingStatus.NOMINAL:
         return "nominal"
     scale, _ = axis.shown
-    if edge["found"] == Found.NEVER:
+    if edge["found"] == CrossingStatus.NEVER:
         return f"> {short(scale * edge['holds'])}"
     return short(scale * edge["misses"])

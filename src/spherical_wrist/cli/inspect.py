@@ -1,54 +1,68 @@
-"""``wrist inspect``: what a recording holds, whether it is consistent, and what it looks like."""
+"""``wrist inspect``: a recording's contents, their consistency, a picture of them, and exports."""
+
+from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import asdict
 from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
 
 from rich.text import Text
+from typer import Option
 
-from spherical_wrist.cli.output import (
-    conditions,
-    footnote,
-    headline,
-    metrics_table,
-    name_of,
-    print_json,
-    printer,
-    thinning,
-)
-from spherical_wrist.cli.parameters_table import folded, parameters_table
-from spherical_wrist.experiment.run import Run
-from spherical_wrist.files import check_writable, write_together
-from spherical_wrist.inspection import Inspection, inspect
-from spherical_wrist.inspection.formats import EXPORTS, IMAGES, check_suffix
+from spherical_wrist.cli.options import Json, Plots, RecordingFile
+from spherical_wrist.cli.tables import print_json, printer
+
+if TYPE_CHECKING:
+    from spherical_wrist.inspection import Inspection
+    from spherical_wrist.simulation.run import Run
 
 
-def inspect_recording(path: Path, plots: list[Path], exports: list[Path], as_json: bool) -> None:
-    """Prints what was run, the versions, and stored beside recomputed metrics; then draws and exports.
+def command(
+    recording: RecordingFile,
+    plot: Plots = None,
+    export: Annotated[
+        list[Path] | None,
+        Option("--export", metavar="OUT.csv|.parquet|.npz", help="write every array of the series; may be repeated"),
+    ] = None,
+    json: Json = False,
+) -> None:
+    """A plot has attitude, errors, torque and disturbance over time, and the phase portrait of every axis.
 
-    Raises:
-        RecordingError: the file is no recording of this package, its stored metrics are not those of its series, or
-            something cannot be written.
-        ParameterError: the name of a file to write does not say what to make.
+    It also shows sliding surface, boundary layer and slope if the law has them, and faults of sensors and motors if
+    they are not ideal.
+
+    An export has every number bit for bit: CSV and Parquet as one column a component, named like error_x_rad, NPZ as
+    NumPy arrays. Parquet and NPZ also carry experiment, outcome, metrics and versions as JSON. (With pandas, read the
+    CSV with float_precision="round_trip".)
+
+    Exit code: 0 consistent, 2 wrong input, or a recording that contradicts itself (nothing is written then).
     """
-    for files, what, valid in ((plots, "picture", IMAGES), (exports, "export", EXPORTS)):
+    from spherical_wrist.files import check_writable
+    from spherical_wrist.inspection import inspect
+    from spherical_wrist.inspection.formats import EXPORTS, IMAGES, check_suffix
+
+    plots, exports = plot or [], export or []
+    for files, kind, valid in ((plots, "picture", IMAGES), (exports, "export", EXPORTS)):
         for file in files:
-            check_suffix(file, what, valid)
-            check_writable(file, what)
-    found = inspect(path)
-    if not as_json:
-        _print_tables(found, path)
-    found.check()
-    _write(found.run, plots, exports)
-    if as_json:
-        _print_json(found, path, plots, exports)
-    for what, files in (("picture", plots), ("export", exports)):
-        for file in files if not as_json else ():
-            printer().print(Text.assemble(f"{what} written to ", (str(file), "bold")), soft_wrap=True)
+            check_suffix(file, kind, valid)
+            check_writable(file, kind)
+    inspection = inspect(recording)
+    if not json:
+        _print_tables(inspection, recording)
+    inspection.check()
+    _write(inspection.run, plots, exports)
+    if json:
+        _print_json(inspection, recording, plots, exports)
+        return
+    for kind, files in (("picture", plots), ("export", exports)):
+        for file in files:
+            printer().print(Text.assemble(f"{kind} written to ", (str(file), "bold")), soft_wrap=True)
 
 
 def _write(run: Run, plots: list[Path], exports: list[Path]) -> None:
-    """Writes all files or none."""
+    """Write all files or none."""
+    from spherical_wrist.files import write_together
+
     contents: dict[Path, bytes | Iterable[bytes]] = {}
     if plots:
         from spherical_wrist.inspection.drawing import as_image
@@ -64,9 +78,11 @@ def _write(run: Run, plots: list[Path], exports: list[Path]) -> None:
 
 
 def _title(run: Run) -> list[str]:
+    from spherical_wrist.cli.output import conditions, name_of, thinning
+
     names = f"{name_of(run.description['law'])} on {name_of(run.description['reference'])}"
-    told = conditions(run) + thinning(run)
-    return [names, str(run.outcome), told] if run.outcome.reason else [names, f"{run.outcome} · {told}"]
+    how = conditions(run) + thinning(run)
+    return [names, str(run.outcome), how] if run.outcome.reason else [names, f"{run.outcome} · {how}"]
 
 
 def _print_json(found: Inspection, path: Path, plots: list[Path], exports: list[Path]) -> None:
@@ -79,8 +95,8 @@ def _print_json(found: Inspection, path: Path, plots: list[Path], exports: list[
             "outcome": {"status": str(run.outcome.status), "time_s": run.outcome.time, "reason": run.outcome.reason},
             "samples": len(run),
             "record_every": run.every,
-            "metrics": asdict(run.metrics),
-            "recomputed_metrics": asdict(found.recomputed),
+            "metrics": dict(run.metrics),
+            "recomputed_metrics": dict(found.recomputed),
             "mismatches": list(found.mismatches),
             "plots": [str(file) for file in plots],
             "exports": [str(file) for file in exports],
@@ -89,6 +105,9 @@ def _print_json(found: Inspection, path: Path, plots: list[Path], exports: list[
 
 
 def _print_tables(found: Inspection, path: Path) -> None:
+    from spherical_wrist.cli.output import conditions, footnote, headline, metrics_table, thinning
+    from spherical_wrist.cli.parameters_table import folded, parameters_table
+
     run = found.run
     console = printer()
     console.print(Text.assemble((str(path), "bold"), f"  {len(run)} samples", thinning(run)), soft_wrap=True)

@@ -1,70 +1,26 @@
-"""What commands print: tables for people, JSON for programs."""
+"""Tables of runs and their metrics on the terminal."""
 
-import json
-from collections.abc import Iterable
-from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
 from spherical_wrist.actuation import Ideal as IdealActuation
-from spherical_wrist.cli.streams import speaks_unicode
-from spherical_wrist.experiment.run import Run
-from spherical_wrist.metrics import Metrics
+from spherical_wrist.cli.tables import number, printer
+from spherical_wrist.loop.outcome import Status
+from spherical_wrist.measure.metrics import METRICS, Metrics
 from spherical_wrist.sensing import Ideal as IdealSensing
-from spherical_wrist.simulation.outcome import Status
-
-LABELS = {
-    "rms_error_rad": ("attitude error, RMS", "rad"),
-    "max_error_rad": ("attitude error, largest", "rad"),
-    "rms_tip_error_mm": ("tip error, RMS", "mm"),
-    "max_tip_error_mm": ("tip error, largest", "mm"),
-    "chattering_Nm_per_s": ("chattering", "N·m/s"),
-    "peak_torque_Nm": ("torque, peak", "N·m"),
-    "rms_torque_Nm": ("torque, RMS", "N·m"),
-    "saturated_fraction": ("saturated", "of samples"),
-    "reaching_time_s": ("surface reached at", "s"),
-    "max_tilt_rad": ("tilt, largest", "rad"),
-    "copper_loss_W": ("copper loss", "W"),
-    "peak_current_A": ("coil current, peak", "A"),
-    "max_condition_number": ("condition number, largest", ""),
-}
-COIL_FIGURES = ("copper_loss_W", "peak_current_A", "max_condition_number")
-"""Rows that only a motor with coils has."""
+from spherical_wrist.simulation.run import Run
 
 IDEAL = {"sensing": IdealSensing().model_dump(mode="json"), "actuation": IdealActuation().model_dump(mode="json")}
-"""Sensors and motors without a fault, as a run describes them."""
-
-NARROWEST = 60
-"""Columns that tables get at least; a narrower terminal folds their lines."""
+"""Descriptions of sensors and motors without faults, as recorded."""
 
 COLOURS = {Status.COMPLETED: "green", Status.DIVERGED: "red", Status.INTERRUPTED: "yellow"}
 
 
-def print_json(value: Any) -> None:
-    """One JSON object on stdout."""
-    print(json.dumps(value, indent=2, ensure_ascii=not speaks_unicode(), allow_nan=False))
-
-
-def printer() -> Console:
-    """Where tables go: as wide as the terminal, but never so narrow that figures would be cut."""
-    found = Console(highlight=False)
-    found.width = max(found.width, NARROWEST)
-    return found
-
-
-def number(value: float | None) -> str:
-    """A figure with four significant digits; a dash for none."""
-    if value is None:
-        return "—"
-    return f"{value:.4g}" if value == 0.0 or 1e-3 <= abs(value) < 1e5 else f"{value:.3e}"
-
-
 def run_table(run: Run, recording: Path | None) -> None:
-    """Prints what was run, how it ended and how well it tracked."""
+    """Print the experiment, its outcome and its metrics."""
     console = printer()
     console.print(headline(run))
     console.print(Text(conditions(run), style="dim"))
@@ -75,7 +31,7 @@ def run_table(run: Run, recording: Path | None) -> None:
 
 
 def headline(run: Run) -> Text:
-    """Law, reference and outcome."""
+    """Return law, reference and outcome."""
     status = run.outcome.status
     text = Text.assemble(
         (name_of(run.description["law"]), "bold"), " on ", (name_of(run.description["reference"]), "bold"), "  "
@@ -86,54 +42,60 @@ def headline(run: Run) -> Text:
 
 
 def name_of(table: Any) -> str:
-    """The name in a recorded table, without the folder that a user's own file lies in."""
+    """Return the name in a recorded table, without the folder of a user's own file."""
     return str(table["name"]).rpartition("/")[2]
 
 
 def conditions(run: Run) -> str:
-    """What the plant suffered that the controller does not know of, and the timing, in one line."""
-    told = run.description
-    disturbance = told["disturbance"]
+    """Return timing, perturbation of the plant and hardware in one line."""
+    description = run.description
+    disturbance = description["disturbance"]
     size = disturbance["level"] if disturbance["amplitude"] is None else disturbance["amplitude"]
     parts = [
-        f"{told['duration']:g} s at {1.0 / told['control_period']:g} Hz",
-        f"mass × {told['mass_scale']:g}",
+        f"{description['duration']:g} s at {1.0 / description['control_period']:g} Hz",
+        f"mass × {description['mass_scale']:g}",
         f"disturbance {disturbance['name']} "
         + (f"{100.0 * size:g} %" if disturbance["amplitude"] is None else f"{size:g} N·m")
         if size
         else "no disturbance",
     ]
     for name, unit in (("payload", "kg"), ("friction", "N·m"), ("damping", "N·m·s/rad")):
-        if told[name]:
-            parts.append(f"{name} {told[name]:g} {unit}")
+        if description[name]:
+            parts.append(f"{name} {description[name]:g} {unit}")
     for name in ("sensing", "actuation"):
-        if told[name] != IDEAL[name]:
-            parts.append(f"{name} {told[name]['name']}" + (" with faults" if told[name]["name"] == "ideal" else ""))
-    return " · ".join([*parts, f"seed {told['seed']}"])
+        if description[name] != IDEAL[name]:
+            parts.append(
+                f"{name} {description[name]['name']}" + (" with faults" if description[name]["name"] == "ideal" else "")
+            )
+    return " · ".join([*parts, f"seed {description['seed']}"])
 
 
-def metrics_table(columns: dict[str, Metrics], rows: Iterable[str] = LABELS) -> Table:
-    """A table of metrics, one column of figures for each entry."""
+def metrics_table(columns: dict[str, Metrics]) -> Table:
+    """Return a table of the metrics that any of the runs has, one column of figures for each run."""
     table = Table(show_header=len(columns) > 1, header_style="bold")
     table.add_column("")
     for title in columns:
         table.add_column(title, justify="right")
     table.add_column("")
-    values = [asdict(metrics) for metrics in columns.values()]
-    for row in rows:
-        if row in COIL_FIGURES and all(value[row] is None for value in values):
-            continue
-        label, unit = LABELS[row]
-        table.add_row(label, *(number(value[row]) for value in values), Text(unit, style="dim"))
+    for name, metric in METRICS.items():
+        if any(name in metrics.available for metrics in columns.values()):
+            figures = [metric_figure(name, metrics[name]) for metrics in columns.values()]
+            table.add_row(metric.label, *figures, Text(metric.shown_unit, style="dim"))
     return table
 
 
+def metric_figure(name: str, value: float | None) -> str:
+    """Write the value of a metric in the unit in which people see it."""
+    metric = METRICS[name]
+    return number(metric.shown_value(value), metric.digits)
+
+
 def thinning(run: Run) -> str:
-    """Says that a recording does not have every control instant; empty where it does."""
+    """Return a note that a recording does not have every control instant; empty if it has."""
     return f" (1 in {run.every} control instants)" if run.every > 1 else ""
 
 
 def footnote(run: Run) -> str:
-    """Where the figures come from, and how fast they came."""
+    """Return the window of the metrics, and the speed of the simulation."""
     window = f"figures over t ≥ {run.measurement.steady_from:g} s"
     return f"{window} · simulated in {run.wall_time:.3g} s, {run.real_time_factor:.0f} × real time"

@@ -1,4 +1,4 @@
-"""All parameters of an experiment, with units, in as few lines as the terminal allows."""
+"""Table of all parameters of an experiment, with units, in as few lines as the terminal allows."""
 
 import re
 import textwrap
@@ -9,31 +9,31 @@ from rich.table import Table
 from rich.text import Text
 
 from spherical_wrist.cli.output import IDEAL, name_of
-from spherical_wrist.inspection.settings import unit
+from spherical_wrist.recording.experiment_text import unit
 
 FIRM = "\u00a0"
-"""A space at which no line ends."""
+"""Space at which no line breaks."""
 SHORT = re.compile(r" = |\[[^\[\]]{,40}\]")
-"""Parts of a long word that stay whole."""
+"""Parts of a long word that stay on one line."""
 MARGIN = 14
-"""Columns that the names of the parts take."""
+"""Width of the names of the parts [columns]."""
 
 
 def parameters_table(description: Mapping[str, Any], width: int) -> Table:
-    """A table of the parts of an experiment, without sensors and motors that are ideal, and of what else is not zero.
+    """Lay out the parts of an experiment, without ideal sensors and motors, and its other parameters that are not zero.
 
     Args:
         description: the experiment as plain tables, as it is recorded.
-        width: of the terminal.
+        width: width of the terminal [columns].
     """
     table = Table(show_header=False, box=None, padding=(0, 1), pad_edge=False)
     others = {}
-    for key, told in description.items():
-        if not isinstance(told, Mapping):
-            others[key] = told
-        elif told != IDEAL.get(key):
-            values = {f"{key}.{name}": value for name, value in told.items() if name != "name"}
-            name = name_of(told)
+    for key, entry in description.items():
+        if not isinstance(entry, Mapping):
+            others[key] = entry
+        elif entry != IDEAL.get(key):
+            values = {f"{key}.{name}": value for name, value in entry.items() if name != "name"}
+            name = name_of(entry)
             words = Text(folded([name, *_words(values, description)], width - MARGIN))
             words.stylize("bold", 0, len(name))
             table.add_row(Text(key, "dim"), words)
@@ -43,7 +43,7 @@ def parameters_table(description: Mapping[str, Any], width: int) -> Table:
 
 
 def folded(words: Iterable[str], width: int, start: str = "") -> str:
-    """Words in lines, which end between them; within one that is longer than a line, between the rows of a matrix."""
+    """Wrap words to lines; a word that is longer than a line breaks between the rows of a matrix."""
     room = max(width, 20)
     firm = (FIRM.join(word.split(" ")) if len(word) <= room else SHORT.sub(_firm, word) for word in words)
     lines = textwrap.wrap(start + "  ".join(firm), room, break_on_hyphens=False)
@@ -55,7 +55,7 @@ def _firm(found: re.Match[str]) -> str:
 
 
 def written(value: Any) -> str:
-    """A value as one would write it: three equal numbers as one, a dash for none."""
+    """Write a value: three equal numbers as one, a dash for None."""
     if isinstance(value, list):
         alike = len(value) == 3 and not isinstance(value[0], list) and value.count(value[0]) == 3
         return _plain(value[0] if alike else value)
@@ -71,7 +71,7 @@ def _plain(value: Any) -> str:
 
 
 def _words(values: Mapping[str, Any], description: Mapping[str, Any]) -> Iterator[str]:
-    """Names, values and units of what has a value."""
+    """Yield names, values and units of the parameters that have a value."""
     for name, value in values.items():
         if value is not None:
             yield f"{name.rpartition('.')[2]} = {written(value)} {unit(name, description)}".rstrip()

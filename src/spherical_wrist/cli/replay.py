@@ -1,49 +1,68 @@
-"""``wrist replay``: a recording simulated again, and what came out."""
+"""``wrist replay``: a recording simulated again, and compared."""
+
+from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 from rich.table import Table
 from rich.text import Text
+from typer import Option
 
-from spherical_wrist.cli.output import headline, number, print_json, printer, thinning
-from spherical_wrist.cli.signals import noted
-from spherical_wrist.experiment.recordings import load_recording
-from spherical_wrist.inspection.difference import ArrayDifference, Place
-from spherical_wrist.inspection.replay import Replay, replay
+from spherical_wrist.cli.options import Json, RecordingFile
+from spherical_wrist.cli.tables import number, print_json, printer
+
+if TYPE_CHECKING:
+    from spherical_wrist.inspection.difference import ArrayDifference, Place
+    from spherical_wrist.inspection.replay import Replay
 
 NO_CAUSE = (
-    "Versions, C library and processor are those of the recording: the cause is elsewhere, such as a changed source of "
+    "Versions, C library and processor are those of the recording: another cause is likely, such as changed source of "
     "this package, or a run in plain Python."
 )
 
 
-def replay_recording(path: Path, trust: bool, as_json: bool) -> int:
-    """Replays and reports; returns the exit code: 0 bit-identical, 1 not, 128 + n where signal n came.
+def command(
+    recording: RecordingFile,
+    trust: Annotated[
+        bool, Option("--trust", help="run Python code in the recording, such as a user's own law")
+    ] = False,
+    extract: Annotated[
+        Path | None, Option(metavar="DIR", help="only write the files in the recording to a folder")
+    ] = None,
+    json: Json = False,
+) -> int:
+    """A recording contains its experiment, its model with meshes, recorded motions and the user's own Python files.
 
-    Raises:
-        WristError: the recording cannot be read or replayed.
+    Nothing else is read. If the bits differ, the command prints where they differ first, by how much, and which
+    versions or processor may be the cause.
+
+    Exit code: 0 bit-identical, 1 different, 2 it cannot be replayed, 130 or 143 stopped by a signal.
     """
+    from spherical_wrist.cli.signals import noted
+    from spherical_wrist.inspection.replay import replay
+
+    if extract is not None:
+        _extract(recording, extract)
+        return 0
     with noted() as received:
-        found = replay(path, trust=trust, stop=lambda: bool(received))
+        found = replay(recording, trust=trust, stop=lambda: bool(received))
     if received:
         return 128 + received[0]
-    if as_json:
-        print_json({"recording": str(path), **_summary(found)})
+    if json:
+        print_json({"recording": str(recording), **_summary(found)})
     else:
-        _print(found, path)
+        _print(found, recording)
     return 0 if found.identical else 1
 
 
-def extract_files(path: Path, folder: Path) -> None:
-    """Writes the files that a recording carries to a folder, and lists them.
+def _extract(recording: Path, folder: Path) -> None:
+    """Write the files in a recording to a folder, and list them."""
+    from spherical_wrist.recording.runs import load_recording
 
-    Raises:
-        WristError: the recording cannot be read, or the folder not be written to.
-    """
-    evidence = load_recording(path).evidence
-    evidence.unpack(folder)
-    for file in sorted(evidence.files):
+    embedded_files = load_recording(recording).embedded_files
+    embedded_files.unpack(folder)
+    for file in sorted(embedded_files.files):
         print(folder / file)
 
 
@@ -73,6 +92,8 @@ def _array_summary(array: ArrayDifference) -> dict[str, Any]:
 
 
 def _print(found: Replay, path: Path) -> None:
+    from spherical_wrist.cli.output import headline, thinning
+
     console, series = printer(), found.series
     console.print(Text.assemble((str(path), "bold"), f"  {series.rows[0]} samples", thinning(found.recorded)))
     console.print(headline(found.recorded))
@@ -91,7 +112,7 @@ def _print(found: Replay, path: Path) -> None:
         console.print(f"recorded: {series.rows[0]} rows; replayed: {series.rows[1]}")
     console.print(_table(found))
     console.print(f"metrics that differ: {', '.join(found.metrics) or 'none'}")
-    console.print(f"What may be the cause: {_changes(found)}" if found.circumstances else NO_CAUSE)
+    console.print(f"Possible cause: {_changes(found)}" if found.circumstances else NO_CAUSE)
 
 
 def _changes(found: Replay) -> str:

@@ -1,82 +1,106 @@
 """``wrist run``: options to an experiment, the experiment to a run, the run to a table, JSON and a recording."""
 
-import sys
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
-from dataclasses import asdict
-from pathlib import Path
-from typing import Any, NamedTuple
+from __future__ import annotations
 
-from spherical_wrist.cli.output import print_json, run_table
-from spherical_wrist.cli.signals import noted
-from spherical_wrist.errors import ParameterError
-from spherical_wrist.experiment.command import read_settings
-from spherical_wrist.experiment.description import Experiment, read_toml, with_changes
-from spherical_wrist.experiment.run import Run
-from spherical_wrist.experiment.simulate import simulate
-from spherical_wrist.files import check_writable
-from spherical_wrist.simulation.outcome import Status
-from spherical_wrist.simulation.series import Series
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+from typer import Argument, Option
+
+from spherical_wrist.cli import completion
+from spherical_wrist.cli.options import Changes, Json, Settings, with_parameters
+
+if TYPE_CHECKING:
+    from spherical_wrist.experiment.description import Experiment
+    from spherical_wrist.measure.series import Series
+    from spherical_wrist.simulation.run import Run
 
 SHOW_PROGRESS_FROM = 60.0
 """Simulated time [s] from which a run takes long enough for a progress bar."""
 
 
-class RunOptions(NamedTuple):
-    """What to do with the run.
+@with_parameters()
+def command(
+    *,
+    experiment: Annotated[Path | None, Argument(help="experiment file; options take precedence over it")] = None,
+    changes: Changes,
+    hardware: Annotated[
+        str | None,
+        Option(
+            metavar="NAME",
+            help="sensors, motors and friction: ideal or realistic [ideal]",
+            autocompletion=completion.hardware,
+        ),
+    ] = None,
+    set_: Settings = None,
+    output: Annotated[Path, Option("--output", "-o", metavar="FILE.rrd", help="recording to write")] = Path(
+        "wrist.rrd"
+    ),
+    no_recording: Annotated[bool, Option("--no-recording", help="write no recording")] = False,
+    record_every: Annotated[int, Option(metavar="N", help="record every N-th control instant only")] = 1,
+    live: Annotated[bool, Option("--live", help="show the run while it is simulated, in an open wrist view")] = False,
+    viewer: Annotated[
+        str | None, Option(metavar="HOST:PORT", help="the viewer to show it live in [127.0.0.1:9876]")
+    ] = None,
+    json: Json = False,
+) -> int:
+    """Without arguments: the default experiment, whose parameters are in brackets.
 
-    Attributes:
-        recording: file to write, None for none.
-        every: thinning of the recording.
-        json: print JSON instead of a table.
-        live: show the run in a viewer meanwhile.
-        viewer: where that listens, None for where one usually does.
-    """
+    This is the paper's fuzzy law on a Lissajous motion, against a constant disturbance and a plant that is heavier than
+    the controller believes.
 
-    recording: Path | None
-    every: int
-    json: bool
-    live: bool = False
-    viewer: str | None = None
-
-
-def run_experiment(file: Path | None, changes: Mapping[str, Any], settings: list[str], options: RunOptions) -> int:
-    """Runs and reports; returns the exit code.
-
-    Args:
-        file: experiment file, if any.
-        changes: values by dotted name that take the place of those in the file.
-        settings: ``name=value`` texts that take the place of both.
-        options: what to do with the run.
+    Exit code: 0 completed, 1 diverged, 2 wrong input, 130 or 143 stopped by a signal (what was simulated is kept).
 
     Raises:
-        WristError: wrong input, or a recording that cannot be written.
+        ParameterError: options contradict each other, or a value is not valid.
     """
-    tables = read_toml(file) if file else {}
-    experiment = Experiment(**with_changes(with_changes(tables, changes), read_settings(settings)))
-    if options.every < 1:
-        raise ParameterError(f"--record-every {options.every}: must be 1 or more")
-    if options.recording is not None:
-        check_writable(options.recording)
-    with _live(experiment, options) as live, noted() as received:
-        with _progress(experiment.duration, options.json) as progress:
+    from spherical_wrist.cli.output import run_table
+    from spherical_wrist.cli.signals import noted
+    from spherical_wrist.cli.tables import print_json
+    from spherical_wrist.errors import ParameterError
+    from spherical_wrist.experiment.command import read_settings
+    from spherical_wrist.experiment.description import Experiment, read_toml, with_changes
+    from spherical_wrist.experiment.presets import hardware as preset
+    from spherical_wrist.files import check_writable
+    from spherical_wrist.loop.outcome import Status
+    from spherical_wrist.simulation.simulate import simulate
+
+    given = {**(preset(hardware) if hardware is not None else {}), **changes}
+    if "disturbance.level" in given:
+        given["disturbance.amplitude"] = None  # a level takes the place of a torque
+    tables = with_changes(read_toml(experiment) if experiment else {}, given)
+    described = Experiment(**with_changes(tables, read_settings(set_ or [])))
+    if record_every < 1:
+        raise ParameterError(f"--record-every {record_every}: must be 1 or more")
+    target = None if no_recording else output
+    if target is not None:
+        check_writable(target)
+    with ExitStack() as stack:
+        show, close = (
+            stack.enter_context(_live(described, viewer, record_every)) if live or viewer is not None else (None, None)
+        )
+        received = stack.enter_context(noted())
+        with _progress(described.duration, json) as progress:
             run = simulate(
-                experiment,
-                record_every=options.every,
-                keep_series=options.recording is not None,
+                described,
+                record_every=record_every,
+                keep_series=target is not None,
                 progress=progress,
                 stop=lambda: bool(received),
-                watch=None if live is None else live.show,
+                watch=show,
             )
-        recording = options.recording if len(run) else None
+        recording = target if len(run) else None
         if recording is not None:
-            from spherical_wrist.experiment.recordings import record  # half a second of imports
+            from spherical_wrist.recording.runs import record  # half a second of imports
 
             record(run, recording)
-        if live is not None:
-            live.close(run)
-    if options.json:
-        print_json(summary(run, recording))
+        if close is not None:
+            close(run)
+    if json:
+        print_json(_summary(run, recording))
     else:
         run_table(run, recording)
     if received:
@@ -84,8 +108,10 @@ def run_experiment(file: Path | None, changes: Mapping[str, Any], settings: list
     return 0 if run.outcome.status is Status.COMPLETED else 1
 
 
-def summary(run: Run, recording: Path | None) -> dict[str, Any]:
-    """The run as the object that ``--json`` prints; a run that did not complete also says when and why."""
+def _summary(run: Run, recording: Path | None) -> dict[str, Any]:
+    """Return the object that ``--json`` prints; a run that did not complete also says when and why."""
+    from spherical_wrist.loop.outcome import Status
+
     experiment, outcome = run.experiment, run.outcome
     early = {"ended_at_s": outcome.time, "reason": outcome.reason}
     return {
@@ -99,57 +125,36 @@ def summary(run: Run, recording: Path | None) -> dict[str, Any]:
         "recording": None if recording is None else str(recording),
         "wall_time_s": run.wall_time,
         "real_time_factor": run.real_time_factor,
-        "metrics": asdict(run.metrics),
+        "metrics": dict(run.metrics),
     }
 
 
-class _Live(NamedTuple):
-    """A viewer that shows the run.
-
-    Attributes:
-        show: takes the next piece of the series.
-        close: shows how the run ended, and tells the user what the viewer did not show.
-    """
-
-    show: Callable[[Series], None]
-    close: Callable[[Run], None]
-
-
 @contextmanager
-def _live(experiment: Experiment, options: RunOptions) -> Iterator[_Live | None]:
-    """The viewer that the run is shown in meanwhile; None for none."""
-    if not options.live:
-        yield None
-        return
-    from spherical_wrist.experiment.live import close_view, live_view
+def _live(
+    experiment: Experiment, viewer: str | None, every: int
+) -> Iterator[tuple[Callable[[Series], None], Callable[[Run], None]]]:
+    """Open a view of the run; yield a function that shows the next piece of the series, and one that ends the view."""
     from spherical_wrist.recording.address import read_address
+    from spherical_wrist.recording.live_run import close_view, live_view
 
-    address = None if options.viewer is None else read_address(options.viewer)
+    address = None if viewer is None else read_address(viewer)
 
     def close(run: Run) -> None:
         missed = close_view(view, run)
         if missed:
             print(f"wrist: {missed}", file=sys.stderr)
 
-    with live_view(experiment, address, options.every) as view:
-        yield _Live(view.show, close)
+    with live_view(experiment, address, every) as view:
+        yield view.show, close
 
 
 @contextmanager
 def _progress(duration: float, quiet: bool) -> Iterator[Any]:
-    """A bar on the terminal's error stream for runs that take long; None where there is nothing to show it on."""
-    if quiet or duration < SHOW_PROGRESS_FROM or not sys.stderr.isatty():
+    """Show a bar for a run that takes long; yield None if there is nothing to show."""
+    from spherical_wrist.cli.progress import shows_bars, simulating
+
+    if quiet or duration < SHOW_PROGRESS_FROM or not shows_bars():
         yield None
         return
-    from rich.console import Console
-    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
-
-    columns = (
-        TextColumn("simulating"),
-        BarColumn(),
-        TextColumn("{task.completed:.0f} of {task.total:.0f} s"),
-        TimeRemainingColumn(),
-    )
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task("", total=duration)
-        yield lambda simulated: bar.update(task, completed=simulated)
+    with simulating(duration) as progress:
+        yield progress

@@ -1,4 +1,4 @@
-"""Ctrl-C and SIGTERM, acted upon once: a command ends in its own time, and loses nothing."""
+"""Handling of Ctrl-C and SIGTERM: a command ends after it has saved its results."""
 
 import _thread
 import signal
@@ -11,20 +11,20 @@ from types import FrameType
 from typing import Any
 
 DEAF = {"__del__", "_raw_object_cache_notify"}
-"""Functions out of which nothing is raised: Python prints it and goes on. LLVM calls the second one while it compiles,
-which takes seconds the first time."""
+"""Functions from which no exception propagates: Python prints it and continues. LLVM calls the second one while it
+compiles, which takes seconds the first time."""
 
 AGAIN = 0.02
-"""Seconds after which a signal that came there is sent again."""
+"""Time [s] after which a signal that arrives there is sent again."""
 
 WATCHED = (signal.SIGINT, signal.SIGTERM)
 
 
-class Stopped(BaseException):  # not to be taken for an error on its way up
-    """A signal has come.
+class Stopped(BaseException):  # no Exception, so that no handler of errors catches it
+    """Signal that stops a command.
 
     Attributes:
-        number: which.
+        number: number of the signal.
     """
 
     def __init__(self, number: int) -> None:
@@ -33,11 +33,11 @@ class Stopped(BaseException):  # not to be taken for an error on its way up
 
 
 def raising(act: Callable[[int], None]) -> Callable[[int, FrameType | None], Any]:
-    """A handler of signals that acts where it can raise, and else lets the signal come again until it can."""
+    """Create a signal handler that acts where an exception propagates; elsewhere it sends the signal again later."""
 
     def handle(number: int, frame: FrameType | None) -> None:
         if _deaf(frame):
-            # threading's own locks may be held by what was interrupted
+            # threading's own locks may be held by the interrupted code
             _thread.start_new_thread(_send_again, (number,))
         else:
             act(number)
@@ -61,7 +61,7 @@ def _send_again(number: int) -> None:
 
 @contextmanager
 def noted() -> Iterator[list[int]]:
-    """Notes the first signal in the list that it yields; the next one acts as usual."""
+    """Record the first signal in the list that is yielded; the next one acts as usual."""
     received: list[int] = []
     with _once(received.append):
         yield received
@@ -69,7 +69,7 @@ def noted() -> Iterator[list[int]]:
 
 @contextmanager
 def stopping() -> Iterator[None]:
-    """The first signal raises :class:`Stopped`; the next one acts as usual."""
+    """Raise :class:`Stopped` at the first signal; the next one acts as usual."""
 
     def stop(number: int) -> None:
         raise Stopped(number)

@@ -1,4 +1,4 @@
-"""The standard streams of the command, made fit for what it prints, whatever they are connected to."""
+"""Standard streams of the command, prepared for its output whatever they are connected to."""
 
 import os
 import sys
@@ -6,10 +6,10 @@ from contextlib import suppress
 
 
 def prepare() -> None:
-    """Lets the streams take everything: closed ones nothing at all, others a ``?`` for a letter that they do not have.
+    """Connect closed streams to the null device, and let others print ``?`` for letters that they do not have.
 
-    A closed stream's number goes to the null device. Otherwise the next file that is opened would get it, and with it
-    whatever a library prints.
+    The number of a closed stream would otherwise go to the next file that is opened, and with it everything that a
+    library prints.
     """
     for number in range(3):
         try:
@@ -25,19 +25,28 @@ def prepare() -> None:
 
 
 def complain(text: str, kind: str = "error") -> None:
-    """One line on the error stream, if there is anybody to read it."""
+    """Print one line on the error stream, if anybody reads it."""
     with suppress(OSError, ValueError):
-        print(f"wrist: {kind}: {' '.join(text.split())}", file=sys.stderr, flush=True)
+        print(f"wrist: {kind}: {' '.join(text.split())}", file=sys.stderr)
+    flush_errors()
 
 
-def discard() -> None:
-    """Lets what is still to be printed go nowhere: at its end Python would try again to print it, and complain."""
+def flush_errors() -> None:
+    """Write out the error stream and drop what cannot be written, with which Python would end with exit code 120."""
+    try:
+        sys.stderr.flush()
+    except (OSError, ValueError):
+        discard("stderr")
+
+
+def discard(name: str = "stdout") -> None:
+    """Send what a stream still holds to the null device: at its end Python would try to write it again, and fail."""
     with suppress(OSError, ValueError):
         sink = os.open(os.devnull, os.O_WRONLY)
-        os.dup2(sink, sys.stdout.fileno())
+        os.dup2(sink, getattr(sys, name).fileno())
         os.close(sink)
 
 
 def speaks_unicode() -> bool:
-    """Whether every letter can be printed."""
+    """Return True if every letter can be printed."""
     return (sys.stdout.encoding or "").lower().replace("-", "") in ("utf8", "utf16", "utf32")

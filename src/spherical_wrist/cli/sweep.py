@@ -1,99 +1,147 @@
-"""``wrist sweep``: begins, resumes, summarises a campaign, or replays one of its episodes."""
+"""``wrist sweep``: begin, resume or summarise a campaign, or replay one of its episodes."""
+
+from __future__ import annotations
 
 import sys
-from dataclasses import asdict
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any
 
 from rich.box import SIMPLE_HEAD
 from rich.table import Table
 from rich.text import Text
+from typer import Argument, Option
 
-from spherical_wrist.campaign.cluster import Cluster, Tls
-from spherical_wrist.campaign.description import Campaign
-from spherical_wrist.campaign.errors import CampaignError
-from spherical_wrist.campaign.folder import Folder, check_empty, held, is_campaign
-from spherical_wrist.campaign.replay import replay
-from spherical_wrist.campaign.summary import QUANTILES, summary
-from spherical_wrist.campaign.sweep import rehearsed, resume, sweep
-from spherical_wrist.cli.output import print_json, printer, run_table
-from spherical_wrist.cli.signals import Stopped, stopping
-from spherical_wrist.cli.sweep_progress import listening, warn
+from spherical_wrist.cli.options import Json
+from spherical_wrist.cli.streams import complain
+from spherical_wrist.cli.tables import print_json, printer, short
 from spherical_wrist.errors import ParameterError
-from spherical_wrist.files import check_writable
-from spherical_wrist.simulation.outcome import Status
+
+if TYPE_CHECKING:
+    from spherical_wrist.campaign.cluster import Cluster
+    from spherical_wrist.campaign.description import Campaign
+    from spherical_wrist.campaign.folder import Folder
+    from spherical_wrist.campaign.sweep import Listener
+
+PEM = "FILE.pem"
 
 
-class SweepOptions(NamedTuple):
-    """The options of ``wrist sweep``; see its help."""
+def command(
+    campaign: Annotated[Path, Argument(metavar="CAMPAIGN.toml|DIR", help="campaign file, or a campaign's folder")],
+    output: Annotated[
+        Path | None,
+        Option("--output", "-o", metavar="DIR", help="folder of the campaign [the file's name]; of --replay, FILE.rrd"),
+    ] = None,
+    resume: Annotated[bool, Option("--resume", help="continue the campaign in DIR")] = False,
+    replay: Annotated[int | None, Option(metavar="ID", help="simulate one episode of DIR again, and record it")] = None,
+    workers: Annotated[
+        int | None,
+        Option(metavar="N", min=0, help="worker processes; 0: only threads of this process [by the number of cores]"),
+    ] = None,
+    threads: Annotated[
+        int | None, Option(metavar="N", min=1, help="threads of each worker [one per core, up to 4]")
+    ] = None,
+    scheduler: Annotated[
+        str | None, Option(metavar="ADDRESS", help="Dask scheduler, tcp://host:port or tls://, or its scheduler file")
+    ] = None,
+    tls_ca: Annotated[Path | None, Option(metavar=PEM, help="of tls://: certificate of the authority")] = None,
+    tls_cert: Annotated[Path | None, Option(metavar=PEM, help="of tls://: certificate of this computer")] = None,
+    tls_key: Annotated[Path | None, Option(metavar=PEM, help="of tls://: key of that certificate")] = None,
+    anyway: Annotated[bool, Option("--anyway", help="resume with other versions of packages")] = False,
+    json: Json = False,
+) -> int:
+    """The folder DIR gets a copy of the file, and the episodes as Parquet: parameters, seeds, metrics and outcomes.
 
-    output: Path | None
-    resume: bool
-    replay: int | None
-    workers: int | None
-    threads: int | None
-    scheduler: str | None
-    tls: tuple[Path | None, Path | None, Path | None]
-    anyway: bool
-    json: bool
+    A campaign that was stopped in any way continues with --resume; the final table is the same, bit for bit.
+    Without options, DIR is summarised. For an example of a campaign file, see scripts/campaign.toml.
 
-    def cluster(self) -> Cluster:
-        """Where to run.
-
-        Raises:
-            ParameterError: options contradict each other.
-        """
-        if self.scheduler is not None and (self.workers is not None or self.threads is not None):
-            raise ParameterError("--workers and --threads are of this machine: a scheduler's workers have their own")
-        ca, cert, key = self.tls
-        if ca is None and cert is None and key is None:
-            return Cluster(self.scheduler, self.workers, self.threads)
-        if ca is None or cert is None or key is None or self.scheduler is None:
-            raise ParameterError("TLS needs all of --tls-ca, --tls-cert and --tls-key, and a --scheduler tls://...")
-        return Cluster(self.scheduler, self.workers, self.threads, Tls(ca, cert, key))
-
-
-def run_sweep(given: Path, options: SweepOptions) -> int:
-    """Does what the options ask for; returns the exit code.
-
-    Args:
-        given: campaign file, or folder of a campaign.
-        options: what to do.
+    Exit code: 0 all episodes are stored (some may have diverged), 2 wrong input or stopped by a fault, 130 or 143
+    stopped by a signal. Of --replay: as of wrist run.
 
     Raises:
-        WristError: wrong input, or a fault that stopped the campaign.
+        ParameterError: options contradict each other, or a value is not valid.
+        CampaignError: the folder holds a campaign already.
     """
-    if options.replay is not None:
-        return _replay(given, options.replay, options.output or Path(f"episode-{options.replay}.rrd"), options.json)
-    if given.is_dir() and not (options.resume and is_campaign(given)):
-        _report(Folder.open(given), options.json)
+    from spherical_wrist.campaign.errors import CampaignError
+    from spherical_wrist.campaign.folder import Folder, campaign_lock, is_campaign
+    from spherical_wrist.campaign.sweep import resume as resumed
+    from spherical_wrist.campaign.sweep import sweep
+    from spherical_wrist.cli.signals import Stopped, stopping
+
+    if replay is not None:
+        return _replay(campaign, replay, output or Path(f"episode-{replay}.rrd"), json)
+    if campaign.is_dir() and not (resume and is_campaign(campaign)):
+        _report(Folder.open(campaign), json)
         return 0
-    cluster, path = options.cluster(), given if given.is_dir() else options.output or given.with_suffix("")
-    campaign = None if given.is_dir() or is_campaign(path) else _new(given, path)
-    with held(path):
-        if campaign is not None:
-            folder = Folder.create(path, given, campaign)
-        elif options.resume:
-            folder = resume(path, anyway=options.anyway, file=None if given.is_dir() else given)
+    cluster = _cluster(scheduler, workers, threads, (tls_ca, tls_cert, tls_key))
+    path = campaign if campaign.is_dir() else output or campaign.with_suffix("")
+    new = None if campaign.is_dir() or is_campaign(path) else _new(campaign, path)
+    with campaign_lock(path):
+        if new is not None:
+            folder = Folder.create(path, campaign, new)
+        elif resume:
+            folder = resumed(path, anyway=anyway, file=None if campaign.is_dir() else campaign)
         else:
             raise CampaignError(f"{str(path)!r} holds a campaign: --resume goes on with it, -o gives another folder")
         try:
-            with stopping(), listening(options.json) as listener:
+            with stopping(), _listener(json) as listener:
                 sweep(folder, cluster, listener)
         except Stopped as stop:
             print(f"stopped; go on with: wrist sweep {path} --resume", file=sys.stderr)
             return 128 + stop.number
-    _report(folder, options.json)
+    _report(folder, json)
     return 0
 
 
+def _cluster(
+    scheduler: str | None, workers: int | None, threads: int | None, tls: tuple[Path | None, Path | None, Path | None]
+) -> Cluster:
+    """Return the processes to run on, if the options do not contradict each other."""
+    from spherical_wrist.campaign.cluster import Cluster, Tls
+
+    if scheduler is not None and (workers is not None or threads is not None):
+        raise ParameterError("--workers and --threads are of this machine: a scheduler's workers have their own")
+    ca, cert, key = tls
+    if ca is None and cert is None and key is None:
+        return Cluster(scheduler, workers, threads)
+    if ca is None or cert is None or key is None or scheduler is None:
+        raise ParameterError("TLS needs all of --tls-ca, --tls-cert and --tls-key, and a --scheduler tls://...")
+    return Cluster(scheduler, workers, threads, Tls(ca, cert, key))
+
+
+def _warn(text: str) -> None:
+    complain(text, "warning")
+
+
+@contextmanager
+def _listener(quiet: bool) -> Iterator[Listener]:
+    """Show progress and warnings; only warnings if it is to be quiet."""
+    from spherical_wrist.campaign.sweep import Listener
+    from spherical_wrist.cli.progress import counting_episodes
+
+    if quiet:
+        yield Listener(warn=_warn)
+        return
+    with counting_episodes() as progress:
+        yield Listener(progress, _warn)
+
+
 def _new(file: Path, path: Path) -> Campaign:
+    from spherical_wrist.campaign.folder import check_empty
+    from spherical_wrist.campaign.sweep import read_campaign
+
     check_empty(path)
-    return rehearsed(file)
+    return read_campaign(file)
 
 
 def _replay(path: Path, id_: int, output: Path, as_json: bool) -> int:
-    from spherical_wrist.experiment.recordings import record  # half a second of imports
+    from spherical_wrist.campaign.folder import Folder
+    from spherical_wrist.campaign.replay import replay
+    from spherical_wrist.cli.output import run_table
+    from spherical_wrist.files import check_writable
+    from spherical_wrist.loop.outcome import Status
+    from spherical_wrist.recording.runs import record
 
     folder = Folder.open(path)
     check_writable(output)
@@ -111,7 +159,7 @@ def _replay(path: Path, id_: int, output: Path, as_json: bool) -> int:
                 "stored": again.stored is not None,
                 "differences": list(again.differences),
                 "experiment": dict(again.run.description),
-                "metrics": asdict(again.run.metrics),
+                "metrics": dict(again.run.metrics),
             }
         )
     else:
@@ -123,8 +171,10 @@ def _replay(path: Path, id_: int, output: Path, as_json: bool) -> int:
 
 
 def _report(folder: Folder, as_json: bool) -> None:
-    """Prints what is stored."""
-    episodes = folder.episodes(warn)
+    """Print a summary of the episodes that are stored."""
+    from spherical_wrist.campaign.summary import summary
+
+    episodes = folder.episodes(_warn)
     laws = summary(episodes)
     stored, size = sum(law["episodes"] for law in laws), folder.campaign.size
     if as_json:
@@ -140,20 +190,20 @@ def _report(folder: Folder, as_json: bool) -> None:
 
 
 def _table(laws: list[dict[str, Any]]) -> Table:
-    title = Text("median and 95 % of RMS error [rad] and largest tip error [mm], of episodes that completed")
+    from spherical_wrist.campaign.summary import FIGURES, QUANTILES
+    from spherical_wrist.measure.metrics import METRICS
+
+    names = " and ".join(METRICS[name].label_and_unit for name in FIGURES)
+    title = Text(f"median and 95 % of {names}, of episodes that completed")
     table = Table(title=title, title_justify="left", title_style="dim", header_style="bold", box=SIMPLE_HEAD)
     table.padding, table.collapse_padding = (0, 1), True
     table.add_column("law", overflow="fold", min_width=12)
-    for column in ("episodes", "others", "RMS", "95 %", "tip", "95 %"):
+    quantiles = [column for name in FIGURES for column in (METRICS[name].heading.replace(" ", "\n"), "95 %")]
+    for column in ("episodes", "others", *quantiles):
         table.add_column(column, justify="right", no_wrap=True)
     middle, most = map(str, QUANTILES[:2])
     for law in laws:
-        error, tip = law["rms_error_rad"], law["max_tip_error_mm"]
-        figures = (error.get(middle), error.get(most), tip.get(middle), tip.get(most))
+        figures = (law[name].get(quantile) for name in FIGURES for quantile in (middle, most))
         bad = law["episodes"] - law["completed"]
-        table.add_row(law["law"], f"{law['episodes']:,}", f"{bad:,}", *map(_short, figures))
+        table.add_row(law["law"], f"{law['episodes']:,}", f"{bad:,}", *map(short, figures))
     return table
-
-
-def _short(value: float | None) -> str:
-    return "—" if value is None else f"{value:.3g}" if 1e-3 <= abs(value) < 1e4 else f"{value:.2e}"

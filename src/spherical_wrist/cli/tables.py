@@ -1,22 +1,68 @@
-"""Tables that fit the terminal: figures are never cut, names are where there is no room."""
+"""Output on the terminal: tables that fit its width, figures, and JSON."""
 
+import json
 from collections.abc import Sequence
+from typing import Any
 
+from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from spherical_wrist.cli.streams import speaks_unicode
+
 Entry = Text | str
+
+NARROWEST = 60
+"""Smallest width of tables [columns]; the lines of a narrower terminal wrap."""
+
+
+def print_json(value: Any) -> None:
+    """Print one JSON object on the standard output."""
+    print(json.dumps(value, indent=2, ensure_ascii=not speaks_unicode(), allow_nan=False))
+
+
+def json_bytes(value: Any) -> bytes:
+    """Return the content of a JSON file."""
+    return (json.dumps(value, indent=2, ensure_ascii=False, allow_nan=False) + "\n").encode()
+
+
+def printer() -> Console:
+    """Return a console as wide as the terminal, but not so narrow that figures would be cut."""
+    console = Console(highlight=False)
+    console.width = max(console.width, NARROWEST)
+    return console
+
+
+def number(value: float | None, digits: int = 4) -> str:
+    """Write a figure with so many significant digits; a dash for None."""
+    if value is None:
+        return "—"
+    return f"{value:.{digits}g}" if value == 0.0 or 1e-3 <= abs(value) < 1e5 else f"{value:.{digits - 1}e}"
+
+
+def short(value: float | None) -> str:
+    """Write a figure with three digits; a dash for None."""
+    if value is None:
+        return "—"
+    if abs(value) >= 1e5 or 0.0 < abs(value) < 1e-3:
+        return f"{value:.2e}"
+    return f"{value:.0f}" if abs(value) >= 1000.0 else f"{value:.3g}"
+
+
+def written_to(folder: object, names: str) -> Text:
+    """Return a line with the folder and the names of files that were written."""
+    return Text.assemble("written to ", (str(folder), "bold"), f": {names}")
 
 
 def fitted(title: str, headings: Sequence[str], rows: Sequence[Sequence[Entry]], width: int, names: int = 0) -> Table:
-    """A table without lines, its figures to the right.
+    """Lay out a table without lines whose figures are never cut.
 
     Args:
-        title: above the table; empty for none.
-        headings: of the columns, in one line or more.
-        rows: the entries.
-        width: of the terminal.
-        names: the column of names, which goes to the left and is cut where there is no room.
+        title: title above the table; empty for none.
+        headings: headings of the columns, in one line or more.
+        rows: entries of each row.
+        width: width of the terminal [columns].
+        names: index of the column of names, which is left-aligned and is cut if the terminal is too narrow.
     """
     widths = [
         max(cell_width(entry) for entry in [*heading.split("\n"), *(row[column] for row in rows)])
@@ -43,14 +89,5 @@ def fitted(title: str, headings: Sequence[str], rows: Sequence[Sequence[Entry]],
 
 
 def cell_width(entry: Entry) -> int:
-    """Columns of the terminal that an entry takes."""
+    """Return the width of an entry on the terminal [columns]."""
     return (Text(entry) if isinstance(entry, str) else entry).cell_len
-
-
-def short(value: float | None) -> str:
-    """Three digits; a dash for none."""
-    if value is None:
-        return "—"
-    if abs(value) >= 1e5 or 0.0 < abs(value) < 1e-3:
-        return f"{value:.2e}"
-    return f"{value:.0f}" if abs(value) >= 1000.0 else f"{value:.3g}"

@@ -1,113 +1,155 @@
 """``wrist tune``: gains of a law, searched over a family of wrists."""
 
-import json
+from __future__ import annotations
+
 import re
 import shlex
 import sys
 from collections.abc import Iterator, Mapping
+from enum import StrEnum
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any
 
 from rich.text import Text
+from typer import Argument, Option
 
-from spherical_wrist.cli.output import print_json, printer
+from spherical_wrist.cli import completion
+from spherical_wrist.cli.options import CaseFile, Changes, Jobs, Json, Settings, with_parameters
 from spherical_wrist.cli.progress import counting
 from spherical_wrist.cli.signals import noted
-from spherical_wrist.cli.tables import Entry, fitted, short
-from spherical_wrist.comparison.cases import DEFAULT, read_cases, select
-from spherical_wrist.comparison.contestants import contestants
-from spherical_wrist.control import Law
+from spherical_wrist.cli.streams import complain
+from spherical_wrist.cli.tables import Entry, fitted, json_bytes, print_json, printer, short, written_to
 from spherical_wrist.errors import ParameterError
-from spherical_wrist.experiment.command import read_settings
-from spherical_wrist.experiment.description import read_toml
-from spherical_wrist.experiment.run import versions
-from spherical_wrist.files import make_folder, write_together
-from spherical_wrist.tuning.family import Family, usual
-from spherical_wrist.tuning.front import FOLDER, told
-from spherical_wrist.tuning.gains_file import gains_file
-from spherical_wrist.tuning.ranges import space_of
-from spherical_wrist.tuning.search import Found, Search, tune
+
+if TYPE_CHECKING:
+    from spherical_wrist.control import Law
+    from spherical_wrist.tuning.search import SearchResult
 
 ROWS = 12
 """Points of the front that are printed."""
 OURS = re.compile(r"trial-\d+\.toml")
 
 
-class TuneOptions(NamedTuple):
-    """What to search and where to; see ``wrist tune --help``."""
+class Sampler(StrEnum):
+    """Ways to propose gains."""
 
-    cases: list[str]
-    suite: Path | None
-    parameters: list[str]
-    per_axis: bool
-    bound: float | None
-    trials: int
-    sampler: Any
-    seed: int
-    folder: Path | None
-    jobs: int | None
-    json: bool
+    NSGA2 = "nsga2"
+    TPE = "tpe"
 
 
-def tune_law(text: str, changes: Mapping[str, Any], settings: list[str], options: TuneOptions) -> int:
-    """Searches, writes and prints; returns the exit code.
+@with_parameters("duration", "seed")
+def command(
+    *,
+    law: Annotated[
+        str,
+        Argument(
+            metavar="LAW",
+            help="'NAME', 'NAME PARAMETER=VALUE ...', path/to/file.py:Name, or an experiment file",
+            autocompletion=completion.laws,
+        ),
+    ],
+    case: Annotated[
+        list[str] | None, Option(metavar="NAME", help="case to tune for; may be repeated [six of wrist compare's]")
+    ] = None,
+    cases: CaseFile = None,
+    parameter: Annotated[
+        list[str] | None,
+        Option(
+            "--parameter",
+            metavar="NAME=LOW:HIGH",
+            help="range to search, such as law.K=0.01:0.2; may be repeated [all positive ones, from 1/4 to 4 times]",
+        ),
+    ] = None,
+    per_axis: Annotated[bool, Option("--per-axis", help="search the components of vectors one by one")] = False,
+    bound: Annotated[
+        float | None, Option(metavar="MM", help="largest tip error that gains may have in any case [any]")
+    ] = None,
+    trials: Annotated[int, Option(metavar="N", help="sets of gains to try, with those already tried")] = 200,
+    sampler: Annotated[Sampler, Option(help="how gains are proposed")] = Sampler.NSGA2,
+    set_: Settings = None,
+    changes: Changes,
+    output: Annotated[
+        Path | None, Option("--output", "-o", metavar="DIR", help="folder of the study [tune-LAW]")
+    ] = None,
+    jobs: Jobs = None,
+    json: Json = False,
+) -> int:
+    """Every set of gains runs all cases; their errors and chattering are averaged (geometric means).
 
-    Args:
-        text: the law as on the command line; of an experiment file, everything counts.
-        changes: values by dotted name that take the place of those in the file and of the cases.
-        settings: ``name=value`` texts that take the place of all.
-        options: the rest.
+    Gains with which a case diverges, or has more tip error than --bound, are out. The default gains are tried first.
+    The result is a Pareto front: gains that no other ones beat in both. Each is written as an experiment file that
+    wrist run takes.
 
-    Raises:
-        WristError: wrong input, or a file that cannot be written.
+    The study is kept in DIR/tune.log: the same command goes on with it, with more --trials, or after Ctrl-C. With the
+    same seed it comes to the same gains, however often it was stopped and whatever --jobs says. DIR also gets
+    tune.json, front.png, front.svg and front/trial-N.toml.
+
+    The default family: wrong masses and torques with ideal hardware, and every fault of
+    sensors and motors on three motions. Needs Optuna: pip install 'spherical-wrist[tune]'.
+
+    Exit code: 0 tuned, 2 wrong input, 130 or 143 stopped by a signal (what was tried is kept).
     """
-    tables = read_toml(Path(text)) if text.endswith(".toml") else {}
+    from spherical_wrist.comparison.cases import DEFAULT, read_cases, select
+    from spherical_wrist.experiment.command import read_settings
+    from spherical_wrist.experiment.description import read_toml
+    from spherical_wrist.tuning.family import Family, usual
+    from spherical_wrist.tuning.pareto import summary_of
+    from spherical_wrist.tuning.ranges import space_of
+    from spherical_wrist.tuning.search import Search, tune
+
+    settings = set_ or []
+    tables = read_toml(Path(law)) if law.endswith(".toml") else {}
     every = {**changes, **read_settings(settings)}
-    law = _law(text, tables, every)
-    own = options.cases or options.suite
-    cases = select(read_cases(options.suite) if options.suite else DEFAULT, options.cases) if own else usual()
+    tuned = _law(law, tables, every)
+    chosen = select(read_cases(cases) if cases else DEFAULT, case or []) if case or cases else usual()
     everywhere = {name: value for name, value in every.items() if not name.startswith("law.")}
-    family = Family.of(cases, law, tables, everywhere, options.bound)
-    space = space_of(law, options.parameters, per_axis=options.per_axis)
-    search = Search(space, bool(options.parameters), family, options.sampler, options.seed)
-    folder = options.folder or Path(f"tune-{law.name}")
+    family = Family.of(chosen, tuned, tables, everywhere, bound)
+    space = space_of(tuned, parameter or [], per_axis=per_axis)
+    search = Search(space, bool(parameter), family, sampler.value, changes.get("seed", 0))
+    folder = output or Path(f"tune-{tuned.name}")
     with noted() as received, counting("tuning") as progress:
-        found = tune(search, folder, options.trials, jobs=options.jobs, progress=progress, stop=lambda: bool(received))
+        found = tune(search, folder, trials, jobs=jobs, progress=progress, stop=lambda: bool(received))
     if found is None:
         print("stopped before the first trials were done", file=sys.stderr)
         return 128 + received[0]
-    table = told(found)
-    _write(found, table, folder, _again(options, changes, settings))
+    table = summary_of(found)
+    _write(found, table, folder, _case_options(cases, changes, settings))
     _warn(found)
-    if options.json:
+    if json:
         print_json(table)
     else:
         _print(table, folder)
     if found.stopped:
-        done = f"stopped after {len(found.trials)} of {options.trials} trials; the same command goes on"
+        done = f"stopped after {len(found.trials)} of {trials} trials; the same command goes on"
         print(done, file=sys.stderr)
         return 128 + received[0]
     return 0
 
 
 def _law(text: str, tables: Mapping[str, Any], every: Mapping[str, Any]) -> Law:
+    from spherical_wrist.comparison.law_selection import laws_from_texts
+
     if text.endswith(".toml") and "law" not in tables:
         raise ParameterError(f"{text!r} says nothing about the law: add a table [law] with its name")
-    (law,) = contestants([text], tables, every).values()
+    (law,) = laws_from_texts([text], tables, every).values()
     return law
 
 
-def _again(options: TuneOptions, changes: Mapping[str, Any], settings: list[str]) -> list[str]:
-    """Options of ``wrist compare`` that make the same cases."""
-    suite = ["--cases", str(options.suite)] if options.suite else []
+def _case_options(cases: Path | None, changes: Mapping[str, Any], settings: list[str]) -> list[str]:
+    """Return options of ``wrist compare`` that make the same cases."""
+    suite = ["--cases", str(cases)] if cases else []
     given = [part for name, value in changes.items() for part in (f"--{name}", str(value))]
     other = (text for text in settings if not text.strip().startswith("law."))
     return [*suite, *given, *(part for text in other for part in ("--set", text))]
 
 
-def _write(found: Found, table: dict[str, Any], folder: Path, again: list[str]) -> None:
+def _write(found: SearchResult, table: dict[str, Any], folder: Path, again: list[str]) -> None:
     from spherical_wrist.comparison.picture import as_files
+    from spherical_wrist.files import make_folder, write_together
+    from spherical_wrist.tuning.gains_file import gains_file
+    from spherical_wrist.tuning.pareto import FOLDER
     from spherical_wrist.tuning.picture import front_picture
+    from spherical_wrist.tuning.search import FILE
 
     make_folder(folder / FOLDER)
     chosen = [part for case in table["cases"] for part in ("--case", case["case"])]
@@ -117,23 +159,26 @@ def _write(found: Found, table: dict[str, Any], folder: Path, again: list[str]) 
         path = str(folder / point["file"])
         compare = ["wrist", "compare", path, "--law", path, *chosen, *again]
         contents[point["file"]] = gains_file(found.search.family.base, law, point, table, compare).encode()
-    table["files"] = ["tune.db", *contents, "tune.json"]
-    contents["tune.json"] = (json.dumps(table, indent=2, ensure_ascii=False, allow_nan=False) + "\n").encode()
+    table["files"] = [FILE, *contents, "tune.json"]
+    contents["tune.json"] = json_bytes(table)
     write_together({folder / name: content for name, content in contents.items()})
     for file in (folder / FOLDER).iterdir():
         if OURS.fullmatch(file.name) and f"{FOLDER}/{file.name}" not in contents:
             file.unlink()  # no longer on the front
 
 
-def _warn(found: Found) -> None:
+def _warn(found: SearchResult) -> None:
+    from spherical_wrist.simulation.run import versions
+
     now = versions()
     other = [f"{name} {found.versions[name]}" for name in now if found.versions.get(name) not in (None, now[name])]
     if other:
-        text = f"the study was begun with {', '.join(other)}: figures may differ in their last digits"
-        print(f"wrist: warning: {text}", file=sys.stderr)
+        complain(f"the study was begun with {', '.join(other)}: figures may differ in their last digits", "warning")
 
 
 def _print(table: dict[str, Any], folder: Path) -> None:
+    from spherical_wrist.tuning.pareto import FOLDER
+
     console = printer()
     default, infeasible = table["default"], table["infeasible"]
     console.print(
@@ -153,23 +198,22 @@ def _print(table: dict[str, Any], folder: Path) -> None:
         console.print(_table(table, console.width))
     for line in _advice(table, folder):
         console.print(line, soft_wrap=True)
-    console.print(
-        Text.assemble(
-            "written to ", (str(folder), "bold"), f": front.png, front.svg, tune.json, tune.db, {FOLDER}/trial-*.toml"
-        ),
-        soft_wrap=True,
-    )
+    files = f"front.png, front.svg, tune.json, tune.log, {FOLDER}/trial-*.toml"
+    console.print(written_to(folder, files), soft_wrap=True)
 
 
 def _table(table: dict[str, Any], width: int) -> Any:
+    from spherical_wrist.measure.metrics import METRICS
+
     names = [each["name"] for each in table["parameters"]]
-    headings = ["trial", "RMS error\n[rad]", "×", "chattering\n[N·m/s]", "×", "largest tip\nerror [mm]"]
+    figures = ("rms_error_rad", "error_ratio", "chattering_Nm_per_s", "chattering_ratio", "max_tip_error_mm")
+    headings = ["trial"]
+    headings += [METRICS[each].heading_and_unit.replace(" [", "\n[") if each in METRICS else "×" for each in figures]
     rows: list[list[Entry]] = []
     default = table["default"]
     for point in [*([default] if default["rms_error_rad"] is not None else []), *shown(table)]:
         style = "bold" if point["trial"] in (table["precise"], table["calm"]) else ""
         name = "default" if point is default else str(point["trial"])
-        figures = ("rms_error_rad", "error_ratio", "chattering_Nm_per_s", "chattering_ratio", "max_tip_error_mm")
         gains = (short(point["values"][each]) for each in names)
         rows.append([Text(text, style) for text in (name, *(short(point[each]) for each in figures), *gains)])
     headings += [each.removeprefix("law.") for each in names]
@@ -180,7 +224,7 @@ def _table(table: dict[str, Any], width: int) -> Any:
 
 
 def shown(table: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """The points of the front to print: evenly spread, and those with names."""
+    """Return the points of the front to print: evenly spread ones, and those with names."""
     front = [point for point in table["front"] if point["trial"] != 0]
     step = max(1.0, (len(front) - 1) / (ROWS - 1))
     places = {round(step * number) for number in range(ROWS)}
@@ -204,7 +248,7 @@ def _advice(table: Mapping[str, Any], folder: Path) -> Iterator[Text]:
             command = shlex.join(["wrist", "run", str(folder / point["file"])])
             yield Text.assemble(f"with {claim} than the default gains: {ratios}: ", (command, "bold"))
     if table["precise"] == table["calm"] == 0:
-        yield Text("nothing that was tried beats the default gains in one without losing in the other")
+        yield Text("no gains that were tried are better than the default ones in one respect and no worse in the other")
     if table["idle"]:
         idle = ", ".join(name.removeprefix("law.") for name in table["idle"])
         yield Text(f"left alone, because they change nothing on these cases: {idle}", "dim")

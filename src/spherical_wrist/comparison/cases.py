@@ -1,4 +1,4 @@
-"""The cases that laws are compared on: the default suite, and suites from a user's own file."""
+"""Cases for the comparison of laws: the default suite, and suites from a user's own file."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -14,12 +14,12 @@ IDEAL, FAULTY = "ideal hardware", "non-ideal hardware"
 
 
 class Case(NamedTuple):
-    """One thing that a law has to cope with.
+    """Condition under which laws are compared.
 
     Attributes:
-        name: short, fit for a file name.
-        meaning: in a sentence.
-        changes: parameters of the experiment by dotted name, see ``with_changes``; the rest is as everywhere.
+        name: short name, valid in a file name.
+        meaning: description in a sentence.
+        changes: changed parameters of the experiment by dotted name; see ``with_changes``.
     """
 
     name: str
@@ -27,14 +27,14 @@ class Case(NamedTuple):
     changes: Mapping[str, Any]
 
     def experiment(self, tables: Mapping[str, Any], changes: Mapping[str, Any]) -> Experiment:
-        """The experiment of this case.
+        """Create the experiment of this case.
 
         Args:
-            tables: the experiment that the case changes, as plain tables.
-            changes: what takes the place of both, by dotted name.
+            tables: experiment that the case changes, as plain tables.
+            changes: values by dotted name that override both.
 
         Raises:
-            WristError: what the case says is not valid.
+            WristError: a parameter of the case is not valid.
         """
         try:
             return Experiment(**with_changes(with_changes(tables, self.changes), changes))
@@ -43,9 +43,9 @@ class Case(NamedTuple):
 
 
 def group_of(experiment: Experiment) -> str:
-    """``IDEAL`` where sensors and motors are perfect and the joint has no dry friction, ``FAULTY`` otherwise."""
-    perfect = experiment.sensing.perfect and experiment.actuation.perfect and not experiment.friction
-    return IDEAL if perfect else FAULTY
+    """Return ``IDEAL`` for ideal sensors and motors and no dry friction, and ``FAULTY`` otherwise."""
+    ideal = experiment.sensing.ideal and experiment.actuation.ideal and not experiment.friction
+    return IDEAL if ideal else FAULTY
 
 
 def _hold_off(shape: str, size: str) -> list[Case]:
@@ -76,7 +76,7 @@ DEFAULT: tuple[Case, ...] = (
     Case("friction", "dry friction in the bearing", {"friction": HARDWARE["realistic"]["friction"]}),
     Case("cogging", "cogging of 1 % of the largest torque", {"actuation.cogging": _motors.cogging}),
     Case("spherical-motor", "24 coils, their currents in least norm", {"actuation.name": "spherical_motor"}),
-    Case("failed-coil", "one of the 24 coils fails, and nobody knows",
+    Case("failed-coil", "one of the 24 coils fails, unknown to the controller",
          {"actuation.name": "spherical_motor", "actuation.failed": [0]}),
     Case("realistic", "all of these faults, on the reference of the experiment", HARDWARE["realistic"]),
     Case("realistic-heart", "all of these faults, on a beating heart",
@@ -84,17 +84,17 @@ DEFAULT: tuple[Case, ...] = (
     Case("realistic-suture", "all of these faults, on needle drives",
          {**HARDWARE["realistic"], "reference": "suture"}),
 )  # fmt: skip
-"""The default suite. Sizes of single faults are those of the realistic hardware, where they are not said."""
+"""Default suite. Sizes of faults that are not in the meaning are those of the realistic hardware."""
 
 OWN = ("name", "meaning")
-"""Keys of a case that are no parameters of the experiment."""
+"""Keys of a case that are not parameters of the experiment."""
 
 
 def select(cases: tuple[Case, ...], names: list[str]) -> tuple[Case, ...]:
-    """The cases with these names, in the order of the names; all of them where no name is given.
+    """Return the cases with these names, in the order of the names; all cases if no name is given.
 
     Raises:
-        UnknownNameError: there is no case of a name.
+        UnknownNameError: a name is unknown.
     """
     known = {case.name: case for case in cases}
     for name in names:
@@ -104,46 +104,46 @@ def select(cases: tuple[Case, ...], names: list[str]) -> tuple[Case, ...]:
 
 
 def read_cases(path: Path) -> tuple[Case, ...]:
-    """A suite from a TOML file: tables ``[[case]]``, each with a ``name`` and any parameters of an experiment.
+    """Read a suite from a TOML file with tables ``[[case]]``, each with a ``name`` and parameters of an experiment.
 
     For example::
 
         [[case]]
         name = "heavy and late"
-        meaning = "half as heavy again, samples 2 ms old"   # may be left out
+        meaning = "half as heavy again, samples 2 ms old"   # optional
         mass_scale = 1.5
         sensing.delay = 0.002
 
     Raises:
-        ParameterError: the file cannot be read, or is no suite.
+        ParameterError: the file cannot be read, or is not a suite.
     """
     tables = read_toml(path)
     given = tables.get("case")
-    where = f"cases {str(path)!r}"
+    source = f"cases {str(path)!r}"
     if set(tables) != {"case"} or not isinstance(given, list) or not all(isinstance(entry, dict) for entry in given):
-        raise ParameterError(f"{where}: tables [[case]] and nothing else are needed, each with a name and parameters")
+        raise ParameterError(f"{source}: only tables [[case]] are valid, each with a name and parameters")
     if not given:
-        raise ParameterError(f"{where}: there is no case in it; add a table [[case]] with a name and parameters")
-    cases = tuple(_case(entry, f"{where}, case {number}") for number, entry in enumerate(given, start=1))
+        raise ParameterError(f"{source}: the file has no case; add a table [[case]] with a name and parameters")
+    cases = tuple(_case(entry, f"{source}, case {number}") for number, entry in enumerate(given, start=1))
     names = [case.name for case in cases]
     for name in names:
         if names.count(name) > 1:
-            raise ParameterError(f"{where}: two cases are called {name!r}")
+            raise ParameterError(f"{source}: two cases are called {name!r}")
     return cases
 
 
-def _case(table: dict[str, Any], where: str) -> Case:
+def _case(table: dict[str, Any], source: str) -> Case:
     name = table.get("name")
     if not isinstance(name, str) or not name.strip():
-        raise ParameterError(f"{where}: a name is needed, such as name = 'heavy'")
+        raise ParameterError(f"{source}: a name is needed, such as name = 'heavy'")
     if "law" in table:
-        raise ParameterError(f"{where} ({name!r}): a case says nothing about the law; give laws with --law")
+        raise ParameterError(f"{source} ({name!r}): a case cannot set the law; give laws with --law")
     changes = _dotted({key: value for key, value in table.items() if key not in OWN})
     return Case(name, str(table.get("meaning", "")), changes)
 
 
 def _dotted(table: Mapping[str, Any]) -> dict[str, Any]:
-    """Nested tables by dotted name, the name of a part before its parameters, which belong to it."""
+    """Flatten nested tables to dotted names, with the name of each part before its parameters."""
     flat: dict[str, Any] = {}
     for key, value in table.items():
         if isinstance(value, Mapping):

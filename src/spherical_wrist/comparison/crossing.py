@@ -1,4 +1,4 @@
-"""The first value of a growing parameter at which something no longer holds: an expanding grid, then bisection."""
+"""Search for the smallest deviation at which a condition fails: an expanding grid, then bisection."""
 
 from collections.abc import Callable
 from enum import StrEnum
@@ -7,8 +7,8 @@ from typing import NamedTuple
 from spherical_wrist.errors import ParameterError
 
 
-class Found(StrEnum):
-    """What a search came to."""
+class CrossingStatus(StrEnum):
+    """Result of a search for a crossing."""
 
     CROSSING = "crossing"
     NEVER = "never within the limit"
@@ -16,16 +16,16 @@ class Found(StrEnum):
 
 
 class Crossing(NamedTuple):
-    """Where something stops to hold.
+    """First crossing from deviations that hold the condition to one that misses it.
 
     Attributes:
-        found: what the search came to.
-        holds: the largest deviation that was tested below the first miss; None where the nominal misses.
-        misses: the smallest deviation that was seen to miss; 0 for the nominal, None where none was.
-        tested: every deviation that was tested, in that order.
+        status: result of the search.
+        holds: largest tested deviation below the first miss; None if the nominal misses.
+        misses: smallest deviation that missed; 0 for the nominal, None if none missed.
+        tested: all tested deviations, in order of the tests.
     """
 
-    found: Found
+    status: CrossingStatus
     holds: float | None
     misses: float | None
     tested: tuple[float, ...]
@@ -34,25 +34,25 @@ class Crossing(NamedTuple):
 def first_crossing(
     holds: Callable[[float], bool], first: float, limit: float, tolerance: float = 0.02, growth: float = 3.0
 ) -> Crossing:
-    """Looks for the first deviation from the nominal at which ``holds`` is false.
+    """Search for the first deviation from the nominal at which ``holds`` is false.
 
-    The deviations 0, ``first``, ``first · growth``, ``first · growth²``, … up to and with ``limit`` are tested in this
-    order until one misses; between that one and the one before, bisection goes on until the two sides are within
-    ``tolerance`` of each other, relative to the larger one, or to ``first`` where that is larger.
+    The deviations 0, ``first``, ``first · growth``, ``first · growth²``, …, ``limit`` are tested in this order, until
+    one misses. Bisection between it and the one before follows, until the two differ by at most ``tolerance``, relative
+    to the larger one, or to ``first`` if that is larger.
 
-    Nothing is assumed to be monotonic. What is guaranteed: ``misses`` did miss, ``holds`` did hold, no tested value
-    below ``holds`` missed, and the two are as near as said. A miss between two neighbours that both held goes unseen:
-    at a ``growth`` nearer to 1 less can.
+    The condition need not be monotonic. Guaranteed are: ``misses`` missed, ``holds`` held, no tested value below
+    ``holds`` missed, and the two differ by at most the tolerance. A miss between two neighbours of the grid that both
+    hold is not found; a ``growth`` closer to 1 makes this less likely.
 
     Args:
-        holds: whether all is well at a deviation ≥ 0.
-        first: first deviation of the grid, more than 0.
+        holds: condition at a deviation ≥ 0.
+        first: first deviation of the grid, greater than 0.
         limit: largest deviation, at least ``first``.
-        tolerance: of the bisection, between 0 and 1.
-        growth: from one deviation of the grid to the next, more than 1.
+        tolerance: relative tolerance of the bisection, between 0 and 1.
+        growth: ratio of neighbouring deviations of the grid, greater than 1.
 
     Raises:
-        ParameterError: these bounds do not hold.
+        ParameterError: an argument is out of these ranges.
     """
     if not (0.0 < first <= limit and 0.0 < tolerance < 1.0 and growth > 1.0):
         raise ParameterError(
@@ -66,11 +66,11 @@ def first_crossing(
         return holds(deviation)
 
     if not good(0.0):
-        return Crossing(Found.NOMINAL, None, 0.0, tuple(tested))
+        return Crossing(CrossingStatus.NOMINAL, None, 0.0, tuple(tested))
     low, high = 0.0, first
     while good(high):
         if high >= limit:
-            return Crossing(Found.NEVER, high, None, tuple(tested))
+            return Crossing(CrossingStatus.NEVER, high, None, tuple(tested))
         low, high = high, min(high * growth, limit)
     while high - low > tolerance * max(high, first):
         middle = 0.5 * (low + high)
@@ -78,4 +78,4 @@ def first_crossing(
             low = middle
         else:
             high = middle
-    return Crossing(Found.CROSSING, low, high, tuple(tested))
+    return Crossing(CrossingStatus.CROSSING, low, high, tuple(tested))

@@ -1,4 +1,4 @@
-"""Families of perturbed wrists: every combination of given values, or a seeded random sample of given ranges."""
+"""Families of perturbed wrists: all combinations of given values, or a seeded random sample of given ranges."""
 
 from abc import abstractmethod
 from collections.abc import Iterator
@@ -33,22 +33,22 @@ PositiveRange = Annotated[tuple[Positive, Positive], AfterValidator(_ascending)]
 
 
 class WristFamily(Parameters):
-    """Wrists that differ from what the controller believes."""
+    """Family of plants that differ from the nominal wrist."""
 
     def experiments(self, base: Experiment) -> list[Experiment]:
-        """The experiments of the family; what it does not vary is that of ``base``. Equal ones appear once."""
+        """Return the experiments of the family: ``base`` with the varied parameters. Equal experiments appear once."""
         return list(dict.fromkeys(base.replaced(**changes) for changes in self._changes(base)))
 
     @abstractmethod
     def _changes(self, base: Experiment) -> Iterator[dict[str, Any]]:
-        """What each wrist of the family changes in an experiment."""
+        """Yield the changes of an experiment for each wrist of the family."""
 
 
 class WristGrid(WristFamily):
-    """Every combination of the values given: by default 18 wrists.
+    """All combinations of given values; by default 18 wrists.
 
-    A quarter lighter, right or a quarter heavier; balanced, or with all centres of mass 2 mm to the side; undisturbed,
-    or disturbed by 25 % of the peak nominal torque, constantly or as a sinusoid.
+    The defaults are mass scales of 0.75, 1 and 1.25; centres of mass at their nominal position or shifted by 2 mm; and
+    no disturbance, or 25 % of the peak nominal torque, constant or sinusoidal.
     """
 
     mass_scale: Annotated[tuple[Positive, ...], Some] = quantity((0.75, 1.0, 1.25), "", "scales of mass and inertia")
@@ -66,15 +66,15 @@ class WristGrid(WristFamily):
                 "mass_scale": mass_scale,
                 "com_shift": com_shift,
                 "payload": payload,
-                # of no size the shape says nothing
+                # at level 0 all shapes are the same
                 "disturbance": _disturbance(base, shape if level else self.shape[0], level),
             }
 
 
 class RandomWrists(WristFamily):
-    """A random sample: uniform in every range, independently; the same one for the same seed.
+    """Random sample, uniform and independent in every range; the same sample for the same seed.
 
-    Every sample also has a seed of its own for what is random in a run: noise, lost samples, random references.
+    Every wrist also has its own seed for the random parts of a run: noise, lost samples, random references.
     """
 
     samples: Annotated[int, Field(ge=1)] = quantity(20, "", "number of wrists")
@@ -101,13 +101,13 @@ class RandomWrists(WristFamily):
 
 
 def _disturbance(base: Experiment, shape: str, level: float) -> Disturbance:
-    """Of this shape and level; other parameters as in the base where that has the same shape."""
+    """Return a disturbance of a shape and level; its other parameters are those of ``base`` if that has this shape."""
     if base.disturbance.name == shape:
         return base.disturbance.replaced(level=level, amplitude=None)
-    found: Disturbance = Disturbance.resolve({"name": shape, "level": level}, default=shape)
-    return found
+    perturbing: Disturbance = Disturbance.resolve({"name": shape, "level": level}, default=shape)
+    return perturbing
 
 
 def _rounded(value: float) -> float:
-    """Four digits, so that the command that replays a sample can be read."""
+    """Round to four digits, which keeps the replay command of a sample short."""
     return float(f"{value:.4g}")

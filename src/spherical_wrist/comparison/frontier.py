@@ -1,37 +1,37 @@
-"""How far from the nominal wrist a law holds a bound on its tip error, along one axis at a time."""
+"""Robustness frontier: deviation from the nominal wrist up to which a law holds a bound on its tip error, by axis."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from spherical_wrist.comparison.contestants import Laws
 from spherical_wrist.comparison.crossing import Crossing, first_crossing
-from spherical_wrist.comparison.threads import Progress, Simulate, in_threads
+from spherical_wrist.comparison.law_selection import Laws
 from spherical_wrist.errors import ParameterError, UnknownNameError
 from spherical_wrist.experiment.description import Experiment, with_changes
 from spherical_wrist.files import make_folder
-from spherical_wrist.simulation.outcome import Status
+from spherical_wrist.loop.outcome import Status
+from spherical_wrist.simulation.runner import Progress, Runner, Worker, ignore_progress
 
 BOUND = 0.1
-"""Tip error [mm] that is typically needed on coronary arteries of 2–3 mm (Bachta et al., IEEE T-RO 27(4), 2011)."""
+"""Tip error [mm] that is typically required on coronary arteries of 2–3 mm (Bachta et al., IEEE T-RO 27(4), 2011)."""
 
-PERFECT: Mapping[str, Any] = {"disturbance": {"level": 0.0}, "mass_scale": 1.0}
-"""What the experiment is where nothing else is said: a plant as the controller believes it to be."""
+NOMINAL_PLANT: Mapping[str, Any] = {"disturbance": {"level": 0.0}, "mass_scale": 1.0}
+"""Default experiment of a frontier: a plant that equals the nominal wrist."""
 
 
 class Axis(NamedTuple):
-    """A way in which the wrist may differ from the nominal one.
+    """Parameter along which the wrist deviates from the nominal one.
 
     Attributes:
-        name: short.
-        meaning: in a sentence.
-        parameter: of the experiment that is varied.
-        unit: of that parameter.
-        nominal: its value for a wrist that does not differ.
-        first: the first deviation from it that is tried.
-        limit: the largest.
-        shown: what values are multiplied by for people, and the unit that they are in then.
-        changes: parameters of the experiment by dotted name, of a value.
+        name: short name.
+        meaning: description in a sentence.
+        parameter: parameter of the experiment that is varied.
+        unit: unit of that parameter.
+        nominal: value of the nominal wrist.
+        first: first deviation that is tested.
+        limit: largest deviation.
+        shown: factor for display, and the display unit.
+        changes: function from a value to changes of the experiment by dotted name.
     """
 
     name: str
@@ -45,7 +45,7 @@ class Axis(NamedTuple):
     changes: Callable[[float], Mapping[str, Any]]
 
     def value(self, deviation: float) -> float:
-        """The parameter at a deviation from the nominal, to as many digits as a search is worth."""
+        """Return the value of the parameter at a deviation from the nominal, rounded to six digits."""
         return float(f"{self.nominal + deviation:.6g}")
 
 
@@ -64,13 +64,13 @@ AXES = (
 
 
 class Edge(NamedTuple):
-    """Where a law first misses the bound along an axis.
+    """First miss of the bound by a law along an axis.
 
     Attributes:
-        law: the law's label.
-        axis: the axis.
-        crossing: in deviations of the parameter from its nominal.
-        experiment: at the first miss; at the limit where there is none.
+        law: label of the law.
+        axis: axis of the deviation.
+        crossing: crossing, in deviations of the parameter from its nominal value.
+        experiment: experiment at the first miss; at the limit if there is none.
     """
 
     law: str
@@ -80,20 +80,20 @@ class Edge(NamedTuple):
 
     @property
     def holds(self) -> float | None:
-        """The largest value tested below the first miss; None where the nominal misses."""
+        """Largest tested value below the first miss; None if the nominal misses."""
         return None if self.crossing.holds is None else self.axis.value(self.crossing.holds)
 
     @property
     def misses(self) -> float | None:
-        """The smallest value that was seen to miss; None where none was."""
+        """Smallest value that missed; None if none missed."""
         return None if self.crossing.misses is None else self.axis.value(self.crossing.misses)
 
 
 def chosen_axes(names: Iterable[str]) -> tuple[Axis, ...]:
-    """The axes with these names; all of them where no name is given.
+    """Return the axes with these names; all axes if no name is given.
 
     Raises:
-        UnknownNameError: there is no such axis.
+        UnknownNameError: a name is unknown.
     """
     known = {axis.name: axis for axis in AXES}
     wanted = tuple(dict.fromkeys(names))
@@ -113,27 +113,26 @@ def frontier(
     tolerance: float = 0.02,
     folder: Path | None = None,
     jobs: int | None = None,
-    progress: Progress = lambda done, total: None,
+    progress: Progress = ignore_progress,
 ) -> list[Edge]:
-    """For every law and axis, where the largest tip error of the steady window first exceeds a bound.
+    """Find the first deviation at which the largest tip error of the steady window exceeds a bound, by law and axis.
 
-    Along an axis everything else is as the experiment says. The search is that of :func:`.first_crossing`, with what it
-    guarantees; a run that diverges is a miss. All runs of a search draw the same random numbers, so that noise grows
-    and does not change.
+    Only the parameter of the axis is varied. The search is :func:`.first_crossing`, with its guarantees; a run that
+    diverges is a miss. All runs of a search use the same random numbers, so that only the size of the noise changes.
 
     Args:
-        laws: the laws, by label.
-        axes: the axes.
-        tables: the experiment as plain tables, on top of ``PERFECT``.
-        changes: values by dotted name that take the place of those; those of laws are ``laws``' own business.
+        laws: laws by label.
+        axes: axes.
+        tables: experiment as plain tables, applied to ``NOMINAL_PLANT``.
+        changes: values by dotted name that override both. Those of laws are ignored, as ``laws`` has them already.
         bound: largest tip error [mm].
         tolerance: relative tolerance of the crossings.
-        folder: made, where there is none, before anything is simulated.
-        jobs: threads; None for as many as there are cores.
-        progress: told what is done.
+        folder: folder for results, created before anything is simulated.
+        jobs: number of threads; None for the number of cores.
+        progress: called with the number of finished searches and their total.
 
     Returns:
-        Law by law, axis by axis.
+        The first misses, ordered by law, then by axis.
 
     Raises:
         WristError: the experiment is not valid, or a law raises.
@@ -141,16 +140,16 @@ def frontier(
     if not bound > 0.0:
         raise ParameterError(f"bound = {bound:g} mm: must be greater than 0")
     shared = {name: value for name, value in changes.items() if not name.startswith("law.")}
-    base = with_changes({**PERFECT, **tables}, shared)
+    base = with_changes({**NOMINAL_PLANT, **tables}, shared)
 
     def at(law: str, axis: Axis, deviation: float) -> Experiment:
         return Experiment(**with_changes(base, {**axis.changes(axis.value(deviation)), "law": laws[law]}))
 
-    def search(item: tuple[str, Axis], simulate: Simulate) -> Edge:
+    def search(item: tuple[str, Axis], worker: Worker) -> Edge:
         law, axis = item
 
         def holds(deviation: float) -> bool:
-            run = simulate(at(law, axis, deviation), False)
+            run = worker.measure(at(law, axis, deviation))
             error = run.metrics.max_tip_error_mm
             return run.outcome.status is Status.COMPLETED and error is not None and error <= bound
 
@@ -160,10 +159,10 @@ def frontier(
 
     work = [(law, axis) for law in laws for axis in axes]
     for law, axis in work:
-        at(law, axis, 0.0)  # what is not valid is told before anything runs
+        at(law, axis, 0.0)  # raises for invalid parameters before anything runs
     if folder is not None:
         make_folder(folder)
-    # threads begin with different laws, each to be compiled once
+    # threads begin with different laws, which are compiled once each
     order = sorted(range(len(work)), key=lambda index: (index % len(axes), index))
-    found = in_threads(search, [work[index] for index in order], jobs, progress)
-    return [edge for _, edge in sorted(zip(order, found, strict=True), key=lambda pair: pair[0])]
+    edges = Runner(jobs).map(search, [work[index] for index in order], progress)
+    return [edge for _, edge in sorted(zip(order, edges, strict=True), key=lambda pair: pair[0])]

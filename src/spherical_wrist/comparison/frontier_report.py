@@ -1,12 +1,12 @@
-"""A frontier as plain tables for JSON.
+"""Frontier as plain tables for JSON.
 
-The JSON object has these keys, which stay as they are:
+The keys of the JSON object are stable:
 
 ===============  ====================================================================================================
 ``bound_mm``     the bound on the tip error
 ``tolerance``    of the crossings, relative
 ``axes``         ``axis`` (name), ``meaning``, ``parameter``, ``unit``, ``nominal``, ``limit``
-``laws``         those that hold furthest first: ``law`` (label), ``name``, ``parameters``, and by axis ``edges``:
+``laws``         best first: ``law`` (label), ``name``, ``parameters``, and by axis ``edges``:
                  ``found`` (``crossing``, ``never within the limit``, ``misses already at the nominal``), ``holds`` and
                  ``misses`` (values of the parameter, null where there is none), ``tested`` (how many runs), ``command``
                  (replays the first miss, or the run at the limit)
@@ -19,19 +19,19 @@ The JSON object has these keys, which stay as they are:
 from collections.abc import Sequence
 from typing import Any
 
-from spherical_wrist.comparison.contestants import Laws
-from spherical_wrist.comparison.crossing import Found
+from spherical_wrist.comparison.crossing import CrossingStatus
 from spherical_wrist.comparison.frontier import Axis, Edge
+from spherical_wrist.comparison.law_selection import Laws
 from spherical_wrist.comparison.ranking import ranks
 from spherical_wrist.errors import ParameterError
 from spherical_wrist.experiment.command import command_of
-from spherical_wrist.experiment.run import versions
+from spherical_wrist.simulation.run import versions
 
 
-def told(
+def to_dict(
     edges: Sequence[Edge], laws: Laws, axes: Sequence[Axis], bound: float, tolerance: float, wall_time: float
 ) -> dict[str, Any]:
-    """The frontier as the object that is described above."""
+    """Return a frontier as the JSON object described above."""
     by_law = {law: [edge for edge in edges if edge.law == law] for law in laws}
     return {
         "bound_mm": bound,
@@ -65,7 +65,7 @@ def told(
 
 
 def order(edges: Sequence[Edge], laws: Laws, axes: Sequence[Axis]) -> list[str]:
-    """Labels of the laws by their mean rank over the axes, on each of which the one that holds furthest is first."""
+    """Sort the labels of the laws by mean rank over the axes. On each axis, the law that holds furthest is first."""
     total = dict.fromkeys(laws, 0)
     for axis in axes:
         places = ranks({edge.law: _reach(edge) for edge in edges if edge.axis.name == axis.name})
@@ -75,8 +75,8 @@ def order(edges: Sequence[Edge], laws: Laws, axes: Sequence[Axis]) -> list[str]:
 
 
 def _reach(edge: Edge) -> float | None:
-    """Less the further a law holds the bound; None where it never does."""
-    if edge.crossing.found is Found.NOMINAL:
+    """Return a number that is smaller if a law holds the bound further; None if it never holds."""
+    if edge.crossing.status is CrossingStatus.NOMINAL:
         return None
     return float("-inf") if edge.misses is None else -edge.misses
 
@@ -84,10 +84,10 @@ def _reach(edge: Edge) -> float | None:
 def _edge(edge: Edge) -> dict[str, Any]:
     try:
         command = command_of(edge.experiment)
-    except ParameterError:  # a law that only lives in the program that called
+    except ParameterError:  # a law that is defined in the calling program has no command
         command = None
     return {
-        "found": str(edge.crossing.found),
+        "found": str(edge.crossing.status),
         "holds": edge.holds,
         "misses": edge.misses,
         "tested": len(edge.crossing.tested),

@@ -1,4 +1,4 @@
-"""Pictures of a comparison: error against chattering, as files."""
+"""Picture of a comparison: error against chattering."""
 
 import io
 from collections.abc import Mapping
@@ -8,6 +8,9 @@ import matplotlib as mpl
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+
+from spherical_wrist.comparison.report import CHATTERING, ERROR
+from spherical_wrist.measure.metrics import METRICS
 
 FRONT, BEATEN, FAILED = "#0072b2", "#7f7f7f", "#d55e00"
 STYLE: Any = {
@@ -21,12 +24,11 @@ STYLE: Any = {
     "svg.hashsalt": "spherical-wrist",
 }
 LABEL_SIZE, GAP = 7.5, 0.055
-"""Size of the labels beside a panel, and the least distance between two of them as a fraction of its height."""
-ERROR, CHATTERING = "rms_error_rad", "chattering_ratio"
+"""Font size of the labels beside a panel, and their smallest distance as a fraction of its height."""
 
 
 class Mark(NamedTuple):
-    """A law in a panel."""
+    """Marker of a law in a panel."""
 
     x: float
     y: float
@@ -35,10 +37,10 @@ class Mark(NamedTuple):
 
 
 def pareto_picture(table: Mapping[str, Any]) -> Figure:
-    """Mean error against mean chattering, one panel a group of cases, one mark a law.
+    """Draw mean error against mean chattering, one panel per group of cases, one marker per law.
 
     Args:
-        table: a comparison as :func:`spherical_wrist.comparison.report.told` has it.
+        table: comparison as :func:`spherical_wrist.comparison.report.to_dict` returns it.
     """
     groups = list(table["laws"][0]["groups"])
     with mpl.rc_context(STYLE):
@@ -46,11 +48,11 @@ def pareto_picture(table: Mapping[str, Any]) -> Figure:
         panels = drawing.subplots(1, len(groups), squeeze=False, sharex=True, sharey=True)[0]
         marks = [_panel(panel, table, group) for panel, group in zip(panels, groups, strict=True)]
         panels[0].set_xlim(*_at_least(panels[0].get_xlim(), 0.5, 5.0))
-        drawing.draw_without_rendering()  # the limits are final only now
+        drawing.draw_without_rendering()  # sets the final limits
         for panel, shown in zip(panels, marks, strict=True):
             if shown:
                 _label(panel, shown)
-        panels[0].set_ylabel("RMS attitude error [rad]")
+        panels[0].set_ylabel(METRICS[ERROR].label_and_unit)
         handles = _legend(any(row["diverged"] for row in table["laws"]))
         drawing.legend(
             handles=handles, loc="outside lower center", ncols=1 if len(groups) == 1 else 4, fontsize=LABEL_SIZE
@@ -100,10 +102,10 @@ def _panel(panel: Axes, table: Mapping[str, Any], group: str) -> list[Mark]:
 
 
 def _label(panel: Axes, shown: list[Mark]) -> None:
-    """Labels in a column right of the panel, in the order of the marks, moved apart where marks lie close."""
+    """Draw labels in a column right of the panel, in the order of the markers, without overlap."""
     upright = panel.transData + panel.transAxes.inverted()
     marks = sorted(shown, key=lambda mark: (mark.y, -mark.x))
-    places = spaced([float(upright.transform((mark.x, mark.y))[1]) for mark in marks], min(GAP, 1.0 / len(marks)))
+    places = spread_apart([float(upright.transform((mark.x, mark.y))[1]) for mark in marks], min(GAP, 1.0 / len(marks)))
     for place, mark in zip(places, marks, strict=True):
         line = {"arrowstyle": "-", "color": mark.colour, "alpha": 0.4, "linewidth": 0.6, "shrinkA": 0.0, "shrinkB": 3.0}
         panel.annotate(
@@ -122,11 +124,11 @@ def _at_least(limits: tuple[float, float], low: float, high: float) -> tuple[flo
     return min(limits[0], low), max(limits[1], high)
 
 
-def spaced(wanted: list[float], gap: float) -> list[float]:
-    """Places in [0, 1] as near as can be to the wanted ones, which ascend, with at least ``gap`` between neighbours.
+def spread_apart(wanted: list[float], gap: float) -> list[float]:
+    """Find places in [0, 1], closest to ascending wanted ones, with at least ``gap`` between neighbours.
 
-    Least squares under these constraints: neighbours that are too close share a block, whose middle is that of what its
-    members want (the pool-adjacent-violators algorithm).
+    Least squares under these constraints by the pool-adjacent-violators algorithm: neighbours that are too close form a
+    block, which is centred at the mean of its members' wanted places.
     """
     blocks: list[list[float]] = []  # sum of (wanted − offset in the block), and number of members
     for index, place in enumerate(wanted):
@@ -141,7 +143,7 @@ def spaced(wanted: list[float], gap: float) -> list[float]:
 
 
 def as_files(drawing: Figure, name: str) -> dict[str, bytes]:
-    """The picture's files by name: PNG at 200 dots an inch, and SVG that is the same whenever it is made."""
+    """Return the files of a picture by name: PNG with 200 dots per inch, and reproducible SVG."""
     files = {}
     for kind in ("png", "svg"):
         content = io.BytesIO()

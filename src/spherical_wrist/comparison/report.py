@@ -1,9 +1,9 @@
-"""A comparison as plain tables for JSON, CSV and Markdown.
+"""Comparison as plain tables for JSON, CSV and Markdown.
 
-The JSON object has these keys, which stay as they are:
+The keys of the JSON object are stable:
 
 ===============  ====================================================================================================
-``suite``        the file of the cases, ``"default"`` for those of the package
+``suite``        file of the cases, ``"default"`` for the default suite
 ``laws``         best first: ``law`` (label), ``rank``, ``score``, ``wins``, ``diverged`` (names of cases), ``name``,
                  ``parameters``, ``groups`` (by group: ``rms_error_rad`` and ``chattering_ratio`` as ``smallest``,
                  ``mean`` (geometric), ``largest`` over the group's cases, and ``on_pareto_front``)
@@ -16,41 +16,43 @@ The JSON object has these keys, which stay as they are:
 ``wall_time_s``  time that all runs took
 ===============  ====================================================================================================
 
-What a cell has no figure for is null: the ratios of a run that diverged, its metrics where it never reached the steady
-window, and the command of a law that only lives in the program that called.
+Missing values are null: the ratios of a run that diverged, its metrics if it did not reach the steady window, and the
+command of a law that is defined in the calling program.
 """
 
 import csv
 import io
 from collections.abc import Mapping
-from dataclasses import asdict
 from typing import Any
 
 from spherical_wrist.comparison.ranking import pareto_front, ranks, ratios
 from spherical_wrist.comparison.results import Cell, Comparison, Spread
 from spherical_wrist.errors import ParameterError
 from spherical_wrist.experiment.command import command_of
-from spherical_wrist.experiment.run import versions
-from spherical_wrist.metrics import Metrics
+from spherical_wrist.measure.metrics import METRICS
+from spherical_wrist.simulation.run import versions
 
 ERROR, CHATTERING = "rms_error_rad", "chattering_ratio"
-FIGURES = {
-    ERROR: "RMS error [rad]",
-    "max_error_rad": "max error [rad]",
-    "max_tip_error_mm": "max tip error [mm]",
-    "chattering_Nm_per_s": "chattering [N·m/s]",
-    CHATTERING: "chattering [× plain]",
-    "peak_torque_Nm": "peak torque [N·m]",
-    "rms_torque_Nm": "RMS torque [N·m]",
-    "copper_loss_W": "copper loss [W]",
-}
-"""Columns of the Markdown table, and their headings."""
+FIGURES = (
+    ERROR,
+    "max_error_rad",
+    "max_tip_error_mm",
+    "chattering_Nm_per_s",
+    CHATTERING,
+    "peak_torque_Nm",
+    "rms_torque_Nm",
+    "copper_loss_W",
+)
+"""Columns of the Markdown table: names of metrics, and the chattering ratio."""
+
+NARROW = (ERROR, "max_tip_error_mm", CHATTERING, "peak_torque_Nm")
+"""Columns that fit beside the name of a law in 80 characters."""
 
 
-def told(found: Comparison, suite: str) -> dict[str, Any]:
-    """The comparison as the object that is described above."""
-    groups = found.groups()
-    fronts = {group: front(found, cases) for group, cases in groups.items()}
+def to_dict(comparison: Comparison, suite: str) -> dict[str, Any]:
+    """Return a comparison as the JSON object described above."""
+    groups = comparison.groups()
+    fronts = {group: pareto_laws(comparison, cases) for group, cases in groups.items()}
     laws = [
         {
             "law": row.law,
@@ -58,18 +60,18 @@ def told(found: Comparison, suite: str) -> dict[str, Any]:
             "score": row.score,
             "wins": row.wins,
             "diverged": list(row.diverged),
-            "name": found.laws[row.law].name,
-            "parameters": _parameters(found.laws[row.law].model_dump(mode="json")),
+            "name": comparison.laws[row.law].name,
+            "parameters": _parameters(comparison.laws[row.law].model_dump(mode="json")),
             "groups": {
                 group: {
-                    ERROR: _spread(found.spread(row.law, cases, ERROR)),
-                    CHATTERING: _spread(found.spread(row.law, cases, CHATTERING)),
+                    ERROR: _spread(comparison.spread(row.law, cases, ERROR)),
+                    CHATTERING: _spread(comparison.spread(row.law, cases, CHATTERING)),
                     "on_pareto_front": row.law in fronts[group],
                 }
                 for group, cases in groups.items()
             },
         }
-        for row in found.standings()
+        for row in comparison.standings()
     ]
     of_case = {case: group for group, cases in groups.items() for case in cases}
     return {
@@ -81,21 +83,21 @@ def told(found: Comparison, suite: str) -> dict[str, Any]:
                 "meaning": case.meaning,
                 "group": of_case[case.name],
                 "changes": _parameters(case.changes),
-                "ranking": ranking(found, case.name),
+                "ranking": ranking(comparison, case.name),
             }
-            for case in found.cases
+            for case in comparison.cases
         ],
-        "cells": cells(found),
+        "cells": cells(comparison),
         "versions": versions(),
         "files": [],
-        "wall_time_s": found.wall_time,
+        "wall_time_s": comparison.wall_time,
     }
 
 
-def cells(found: Comparison) -> list[dict[str, Any]]:
-    """Every cell as plain data, law by law in the order of the ranking."""
-    relative = {case.name: ratios(found.errors(case.name)) for case in found.cases}
-    places = {case.name: ranks(found.errors(case.name)) for case in found.cases}
+def cells(comparison: Comparison) -> list[dict[str, Any]]:
+    """Return every cell as a dictionary, law by law in the order of the ranking."""
+    relative = {case.name: ratios(comparison.errors(case.name)) for case in comparison.cases}
+    places = {case.name: ranks(comparison.errors(case.name)) for case in comparison.cases}
     return [
         {
             "law": row.law,
@@ -104,57 +106,56 @@ def cells(found: Comparison) -> list[dict[str, Any]]:
             "outcome": str(cell.outcome.status),
             "ended_at_s": cell.outcome.time,
             "reason": cell.outcome.reason,
-            "metrics": asdict(cell.metrics),
+            "metrics": dict(cell.metrics),
             "error_ratio": relative[case.name][row.law],
-            "chattering_ratio": found.figure(cell, CHATTERING),
+            "chattering_ratio": comparison.figure(cell, CHATTERING),
             "command": _command(cell),
             "recording": None if cell.recording is None else str(cell.recording),
         }
-        for row in found.standings()
-        for case in found.cases
-        for cell in [found.cells[row.law, case.name]]
+        for row in comparison.standings()
+        for case in comparison.cases
+        for cell in [comparison.cells[row.law, case.name]]
     ]
 
 
-def ranking(found: Comparison, case: str) -> list[str]:
-    """The labels of all laws, best on this case first."""
-    places = ranks(found.errors(case))
+def ranking(comparison: Comparison, case: str) -> list[str]:
+    """Return the labels of all laws, sorted by error on a case."""
+    places = ranks(comparison.errors(case))
     return sorted(places, key=lambda law: places[law])
 
 
-def front(found: Comparison, cases: list[str]) -> list[str]:
-    """Labels of the laws that no other one beats in both mean error and mean chattering over these cases.
+def pareto_laws(comparison: Comparison, cases: list[str]) -> list[str]:
+    """Return the labels of the laws on the Pareto front of mean error and mean chattering over some cases.
 
-    Means are compared to three digits: less is no difference. A law that diverged on one of the cases is left out.
+    Means are rounded to three digits. A law that diverged on one of the cases is left out.
     """
     points = {}
-    for law in found.laws:
-        error, chattering = (found.spread(law, cases, figure) for figure in (ERROR, CHATTERING))
-        if error and chattering and all(found.cells[law, case].error is not None for case in cases):
+    for law in comparison.laws:
+        error, chattering = (comparison.spread(law, cases, figure) for figure in (ERROR, CHATTERING))
+        if error and chattering and all(comparison.cells[law, case].error is not None for case in cases):
             points[law] = (float(f"{chattering.mean:.3g}"), float(f"{error.mean:.3g}"))
     return pareto_front(points)
 
 
 def as_csv(table: Mapping[str, Any]) -> str:
-    """One line a cell, with the names of the metrics as headings."""
+    """Return a CSV table with one line per cell and the names of the metrics as headings."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
-    metrics = list(Metrics.__dataclass_fields__)
     plain = ["law", "case", "rank", "outcome", "ended_at_s"]
     after = ["error_ratio", "chattering_ratio", "command"]
-    writer.writerow([*plain, *metrics, *after])
+    writer.writerow([*plain, *METRICS, *after])
     for cell in table["cells"]:
-        values = [cell[key] for key in plain] + [cell["metrics"][key] for key in metrics] + [cell[key] for key in after]
+        values = [cell[key] for key in plain] + [cell["metrics"][key] for key in METRICS] + [cell[key] for key in after]
         writer.writerow(["" if value is None else value for value in values])
     return text.getvalue()
 
 
 def as_markdown(table: Mapping[str, Any], number: Any) -> str:
-    """The ranking, and below it one table a case, best law first.
+    """Return the ranking, and one table per case with the best law first, as Markdown.
 
     Args:
-        table: what :func:`told` returns.
-        number: writes a figure.
+        table: result of :func:`to_dict`.
+        number: function that formats a number.
     """
     lines = ["# Laws compared", "", "![Error against chattering](comparison.png)", ""]
     lines += ["| rank | law | score | best on | diverged on |", "|---:|---|---:|---:|---|"]
@@ -169,7 +170,7 @@ def as_markdown(table: Mapping[str, Any], number: Any) -> str:
         rows = sorted(by_case[case["case"]], key=lambda cell: cell["rank"])
         shown = [key for key in FIGURES if any(figure(cell, key) is not None for cell in rows)]
         lines += [f"## {case['case']}", "", f"{case['meaning']} ({case['group']})", ""]
-        lines += ["| law | " + " | ".join(FIGURES[key] for key in shown) + " |", "|---|" + "---:|" * len(shown)]
+        lines += ["| law | " + " | ".join(map(heading, shown)) + " |", "|---|" + "---:|" * len(shown)]
         for cell in rows:
             values = [number(figure(cell, key)) for key in shown]
             name = cell["law"] if cell["outcome"] == "completed" else f"{cell['law']} (**{cell['outcome']}**)"
@@ -178,22 +179,27 @@ def as_markdown(table: Mapping[str, Any], number: Any) -> str:
     return "\n".join(lines)
 
 
+def heading(key: str) -> str:
+    """Return the heading of a column: a metric and its unit, or the chattering ratio."""
+    return "chattering [× plain]" if key == CHATTERING else METRICS[key].heading_and_unit
+
+
 def figure(cell: Mapping[str, Any], key: str) -> float | None:
-    """A metric of a cell, or its chattering ratio; None where the run did not complete."""
+    """Return a metric of a cell in its display unit, or its chattering ratio; None if the run did not complete."""
     if cell["outcome"] != "completed":
         return None
-    value: float | None = cell["chattering_ratio"] if key == "chattering_ratio" else cell["metrics"][key]
-    return value
+    ratio: float | None = cell[CHATTERING] if key == CHATTERING else None
+    return ratio if key == CHATTERING else METRICS[key].shown_value(cell["metrics"][key])
 
 
-def _spread(found: Spread | None) -> dict[str, float] | None:
-    return None if found is None else found._asdict()
+def _spread(spread: Spread | None) -> dict[str, float] | None:
+    return None if spread is None else spread._asdict()
 
 
 def _command(cell: Cell) -> str | None:
     try:
         return command_of(cell.experiment)
-    except ParameterError:  # a law that only lives in the program that called
+    except ParameterError:  # a law that is defined in the calling program has no command
         return None
 
 

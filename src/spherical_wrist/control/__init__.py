@@ -5,7 +5,7 @@ from spherical_wrist.control.boundary_layer_sliding_mode import BoundaryLayerSli
 from spherical_wrist.control.computed_torque import ComputedTorque
 from spherical_wrist.control.computed_torque_integral import ComputedTorqueIntegral
 from spherical_wrist.control.computed_torque_observer import ComputedTorqueObserver
-from spherical_wrist.control.contract import Command, Law, ModelBasedLaw, Signal
+from spherical_wrist.control.contract import Command, Law, LawState, ModelBasedLaw, Signal, choice
 from spherical_wrist.control.fuzzy_integral_sliding import FuzzyIntegralSliding
 from spherical_wrist.control.fuzzy_sliding_computed_torque import FuzzySlidingComputedTorque
 from spherical_wrist.control.geometric_tracking import GeometricTracking
@@ -29,6 +29,7 @@ __all__ = [
     "FuzzySlidingComputedTorque",
     "GeometricTracking",
     "Law",
+    "LawState",
     "ModelBasedLaw",
     "Signal",
     "SlidingComputedTorque",
@@ -36,5 +37,6 @@ __all__ = [
     "SlotineLi",
     "SuperTwisting",
     "TimeDelayControl",
+    "choice",
     "switch",
 ]

@@ -1,12 +1,12 @@
-"""The adaptive mechanism that the paper's abstract promises: the rule weights θ of eq. (47) are learned on line."""
+"""Adaptive mechanism that the paper's abstract promises: the rule weights θ of eq. (47) are learned on line."""
 
 from typing import Any, ClassVar
 
 import numpy as np
 
 from spherical_wrist.control.computed_torque import computed_torque
-from spherical_wrist.control.contract import Array, Command, Signal
-from spherical_wrist.control.fuzzy_sliding_computed_torque import FuzzySlopeLaw
+from spherical_wrist.control.contract import Array, Bound, Command, LawState, LawStatus, Signal
+from spherical_wrist.control.fuzzy_sliding_computed_torque import RULES, FuzzySlopeLaw, Rules
 from spherical_wrist.control.sliding_surface import add_switching
 from spherical_wrist.errors import ParameterError
 from spherical_wrist.fuzzy import fuzzify, sugeno
@@ -14,13 +14,13 @@ from spherical_wrist.parameters import Positive, quantity
 
 
 def adapt(weights: Array, error: float, rate: float, change: float, low: float, high: float) -> None:
-    """Adds ``change`` ζ(e, ė) to the weights of the rules that fire, and projects them onto [low, high].
+    """Add ``change`` ζ(e, ė) to the weights of the rules that fire, and project them onto [low, high].
 
     Args:
         weights: θ (7, 3), written.
         error: e divided by its scale.
         rate: ė divided by its scale.
-        change: what a rule that fires fully gains.
+        change: change of the weight of a rule that fires fully.
         low: smallest weight.
         high: largest weight.
     """
@@ -52,7 +52,13 @@ class AdaptiveFuzzySlidingComputedTorque(FuzzySlopeLaw):
     bounded and α positive. Each axis has weights of its own; they are the law's state, and are recorded.
     """
 
-    state_size: ClassVar[int] = 63
+    status: ClassVar[LawStatus] = "paper"
+    tracks_to: ClassVar[Bound] = Bound(3.9e-4, 5.5e-4)
+
+    class State(LawState):
+        """Rule weights that adapt."""
+
+        weights: tuple[Rules, Rules, Rules] = quantity((RULES,) * 3, "", "rule weights θ of each axis (3, 7, 3)")
 
     adaptation: Positive = quantity(2e5, "1/rad²", "adaptation gain γ")
     lowest: Positive = quantity(0.5, "", "smallest rule weight")
@@ -67,16 +73,16 @@ class AdaptiveFuzzySlidingComputedTorque(FuzzySlopeLaw):
                 f"highest = {self.highest:g}, the bounds of their adaptation"
             )
 
-    def initial_state(self) -> Array:
-        """The rule weights at the start, for each axis."""
-        return np.tile(np.ravel(self.rules), 3)
+    def initial_state(self) -> dict[str, Any]:
+        """Return the rule weights that every axis starts from."""
+        return {"weights": (self.rules,) * 3}
 
     @staticmethod
-    def step(signal: Signal, parameters: Any, state: Array, command: Command) -> None:
+    def step(signal: Signal, parameters: Any, state: Any, command: Command) -> None:
         """See the class."""
         computed_torque(signal, parameters.Kp, parameters.Kv, command)
         for i in range(3):
-            weights = state[21 * i : 21 * (i + 1)].reshape(7, 3)
+            weights = state.weights[i]
             e, de = signal.error[i], signal.rate_error[i]
             error, rate = e / parameters.error_scale[i], de / parameters.rate_scale[i]
             slope = parameters.slope * sugeno(error, rate, weights)

@@ -1,11 +1,11 @@
-"""Sliding mode with a boundary layer that is as thick as the uncertainty of the moment asks for."""
+"""Sliding mode with a boundary layer whose thickness follows the uncertainty of the moment."""
 
 from math import exp
 from typing import Any, ClassVar
 
-from spherical_wrist.control.contract import Array, Command, ModelBasedLaw, Signal
+from spherical_wrist.control.contract import Bound, Command, LawState, LawStatus, ModelBasedLaw, Signal
 from spherical_wrist.control.switching import SATURATION, switch
-from spherical_wrist.parameters import NonNegative, Positive, PositiveVector, quantity
+from spherical_wrist.parameters import NonNegative, NonNegativeVector, Positive, PositiveVector, Vector, quantity
 
 
 class BoundaryLayerSlidingMode(ModelBasedLaw):
@@ -35,7 +35,15 @@ class BoundaryLayerSlidingMode(ModelBasedLaw):
     times the acceleration by 25 %, and μ = 1, for half the mass.
     """
 
-    state_size: ClassVar[int] = 6
+    status: ClassVar[LawStatus] = "rival"
+    has_surface: ClassVar[bool] = True
+    tracks_to: ClassVar[Bound] = Bound(3.0e-5, 4.6e-5)
+
+    class State(LawState):
+        """Integral of the error, and the boundary layer of the moment."""
+
+        integral: Vector = quantity(0.0, "rad·s", "∫ e dt of the surface")
+        layer: NonNegativeVector = quantity(0.0, "rad/s", "boundary layer φ; 0 before the first step")
 
     slope: Positive = quantity(130.0, "1/s", "slope λ of the sliding surface")
     damping_ratio: Positive = quantity(0.25, "", "damping ratio ζ of the surface with integral action")
@@ -53,7 +61,7 @@ class BoundaryLayerSlidingMode(ModelBasedLaw):
         return (x / self.bandwidth, y / self.bandwidth, z / self.bandwidth)
 
     @staticmethod
-    def step(signal: Signal, parameters: Any, state: Array, command: Command) -> None:
+    def step(signal: Signal, parameters: Any, state: Any, command: Command) -> None:
         """See the class."""
         slope, bandwidth = parameters.slope, parameters.bandwidth
         proportional, reset = slope, 0.0
@@ -65,15 +73,15 @@ class BoundaryLayerSlidingMode(ModelBasedLaw):
             for j in range(3):
                 command.torque[i] += signal.H[i, j] * signal.feed_forward[j]
             bound = parameters.disturbance[i] + parameters.uncertainty * abs(command.torque[i]) / signal.H[i, i]
-            balanced, layer = bound / bandwidth, state[3 + i]
-            state[3 + i] = balanced if layer == 0.0 else balanced + (layer - balanced) * decay
+            balanced, layer = bound / bandwidth, state.layer[i]
+            state.layer[i] = balanced if layer == 0.0 else balanced + (layer - balanced) * decay
         for j in range(3):
-            e, de, layer = signal.error[j], signal.rate_error[j], state[3 + j]
-            surface = de + proportional * e + reset * (state[j] + signal.period * e)
+            e, de, layer = signal.error[j], signal.rate_error[j], state.layer[j]
+            surface = de + proportional * e + reset * (state.integral[j] + signal.period * e)
             if abs(surface) < layer or surface * e < 0.0:
-                state[j] += signal.period * e
+                state.integral[j] += signal.period * e
             else:
-                surface = de + proportional * e + reset * state[j]
+                surface = de + proportional * e + reset * state.integral[j]
             push = bandwidth * layer * switch(SATURATION, surface, layer)
             for i in range(3):
                 command.torque[i] += signal.H[i, j] * (proportional * de + reset * e + push)

@@ -5,14 +5,14 @@ With x = (e, ė), e = desired − actual as in eq. (9), the wrist in the Brunovs
 (13), turns any choice of U into a torque; U = −Kv ė − Kp e is eq. (14), and leaves the error dynamics of eq. (15).
 """
 
-from typing import Any
+from typing import Any, ClassVar
 
-from spherical_wrist.control.contract import Array, Command, ModelBasedLaw, Signal
+from spherical_wrist.control.contract import Array, Bound, Command, LawStatus, ModelBasedLaw, Signal
 from spherical_wrist.parameters import NonNegativeVector, PositiveVector, quantity
 
 
 def computed_torque(signal: Signal, Kp: Array, Kv: Array, command: Command) -> None:
-    """Writes τ = H (q̈_d + Kv ė + Kp e) + N, eq. (14), with q̈_d the feed-forward in the body frame."""
+    """Write τ = H (q̈_d + Kv ė + Kp e) + N, eq. (14), with q̈_d the feed-forward in the body frame."""
     for i in range(3):
         command.torque[i] = signal.N[i]
         for j in range(3):
@@ -27,10 +27,13 @@ class ComputedTorque(ModelBasedLaw):
     constant torque d that the model does not have, it stays at e = (H Kp)⁻¹ d.
     """
 
+    status: ClassVar[LawStatus] = "paper"
+    tracks_to: ClassVar[Bound] = Bound(0.100, 0.135)
+
     Kp: PositiveVector = quantity(400.0, "1/s²", "proportional gain per axis")
     Kv: NonNegativeVector = quantity(40.0, "1/s", "derivative gain per axis; 2 √Kp is critical damping")
 
     @staticmethod
-    def step(signal: Signal, parameters: Any, state: Array, command: Command) -> None:
+    def step(signal: Signal, parameters: Any, state: Any, command: Command) -> None:
         """See the class."""
         computed_torque(signal, parameters.Kp, parameters.Kv, command)

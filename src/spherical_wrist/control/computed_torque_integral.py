@@ -3,17 +3,17 @@
 from typing import Any, ClassVar
 
 from spherical_wrist.control.computed_torque import ComputedTorque, computed_torque
-from spherical_wrist.control.contract import Array, Command, Signal
+from spherical_wrist.control.contract import Bound, Command, LawState, LawStatus, Signal
 from spherical_wrist.control.torque_limit import LimitAwareLaw, integrated
-from spherical_wrist.parameters import NonNegativeVector, PositiveVector, quantity
+from spherical_wrist.parameters import NonNegativeVector, PositiveVector, Vector, inherited, quantity
 
 
 class ComputedTorqueIntegral(LimitAwareLaw, ComputedTorque):
     """Computed torque with integral action: τ = H (q̈_d + Kv ė + Kp e) + N + w, ẇ = H Ki e.
 
     H [kg·m²] and N [N·m] are the nominal model's, q̈_d the feed-forward [rad/s²], e [rad] and ė [rad/s] the errors,
-    all in the body frame; w [N·m] is the law's state. With d the torque that the plant gets beyond the nominal model,
-    H ω̇ = τ − N + d, the error obeys
+    all in the body frame; w [N·m] is ``integral`` of the law's state. With d the torque that the plant gets beyond
+    the nominal model, H ω̇ = τ − N + d, the error obeys
 
         ë + Kv ė + Kp e + Ki ∫ e dt = −H⁻¹ d,
 
@@ -33,19 +33,25 @@ class ComputedTorqueIntegral(LimitAwareLaw, ComputedTorque):
     4 dB down, and a phase margin of 20° to 33°.
     """
 
-    state_size: ClassVar[int] = 3
+    status: ClassVar[LawStatus] = "rival"
+    tracks_to: ClassVar[Bound] = Bound(3.0e-5, 4.6e-5)
 
-    Kp: PositiveVector = quantity(22900.0, "1/s²", "proportional gain per axis")
+    class State(LawState):
+        """Memory of the integral."""
+
+        integral: Vector = quantity(0.0, "N·m", "integral torque w")
+
+    Kp: PositiveVector = inherited(ComputedTorque, "Kp", 22900.0)
     Kv: NonNegativeVector = quantity(271.0, "1/s", "derivative gain per axis")
     Ki: NonNegativeVector = quantity(3.3e6, "1/s³", "integral gain per axis")
 
     @staticmethod
-    def step(signal: Signal, parameters: Any, state: Array, command: Command) -> None:
+    def step(signal: Signal, parameters: Any, state: Any, command: Command) -> None:
         """See the class."""
         computed_torque(signal, parameters.Kp, parameters.Kv, command)
         for i in range(3):
             change = 0.0
             for j in range(3):
                 change += signal.period * signal.H[i, j] * parameters.Ki[j] * signal.error[j]
-            state[i] = integrated(state[i], change, command.torque[i], parameters.torque_limit[i])
-            command.torque[i] += state[i]
+            state.integral[i] = integrated(state.integral[i], change, command.torque[i], parameters.torque_limit[i])
+            command.torque[i] += state.integral[i]

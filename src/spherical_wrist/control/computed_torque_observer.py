@@ -1,15 +1,16 @@
-"""Computed torque with a disturbance observer, which subtracts what the nominal model is seen to miss."""
+"""Computed torque with a disturbance observer, which compensates the torque that the nominal model misses."""
 
 from math import exp
 from typing import Any, ClassVar, Literal
 
 from spherical_wrist.control.computed_torque import ComputedTorque, computed_torque
-from spherical_wrist.control.contract import Array, Command, Signal
-from spherical_wrist.control.past_period import MEMORY, missed_torque, remember
+from spherical_wrist.control.contract import Bound, Command, LawStatus, Signal, choice
+from spherical_wrist.control.past_period import PastPeriod, missed_torque, remember
 from spherical_wrist.control.torque_limit import LimitAwareLaw, limited
-from spherical_wrist.parameters import NonNegativeVector, Positive, PositiveVector, quantity
+from spherical_wrist.parameters import NonNegativeVector, Positive, PositiveVector, Vector, inherited, quantity
 
-RAMP = 1.0
+DisturbanceModel = Literal["constant", "ramp"]
+RAMP = choice(DisturbanceModel, "ramp")
 
 
 class ComputedTorqueObserver(LimitAwareLaw, ComputedTorque):
@@ -37,20 +38,27 @@ class ComputedTorqueObserver(LimitAwareLaw, ComputedTorque):
     error of the constant. The estimate counts only torque within ``torque_limit``, and does not exceed it.
     """
 
-    state_size: ClassVar[int] = MEMORY + 6
+    status: ClassVar[LawStatus] = "rival"
+    tracks_to: ClassVar[Bound] = Bound(5.7e-6, 1.0e-5)
 
-    Kp: PositiveVector = quantity(12000.0, "1/s²", "proportional gain per axis")
+    class State(PastPeriod):
+        """Past period, and the estimated disturbance."""
+
+        estimate: Vector = quantity(0.0, "N·m", "estimated disturbance d̂")
+        growth: Vector = quantity(0.0, "N·m", "its growth T v̂ in a period")
+
+    Kp: PositiveVector = inherited(ComputedTorque, "Kp", 12000.0)
     Kv: NonNegativeVector = quantity(62.0, "1/s", "derivative gain per axis")
     bandwidth: Positive = quantity(98.0, "1/s", "bandwidth L of the observer")
-    disturbance_model: Literal["constant", "ramp"] = quantity("ramp", "", "what the disturbance is taken for")
+    disturbance_model: DisturbanceModel = quantity("ramp", "", "model of the disturbance in the observer")
 
     @staticmethod
-    def step(signal: Signal, parameters: Any, state: Array, command: Command) -> None:
+    def step(signal: Signal, parameters: Any, state: Any, command: Command) -> None:
         """See the class."""
         computed_torque(signal, parameters.Kp, parameters.Kv, command)
         pole = exp(-parameters.bandwidth * signal.period)
         for i in range(3):
-            estimate, growth = state[MEMORY + i], state[MEMORY + 3 + i]  # d̂, and T v̂
+            estimate, growth = state.estimate[i], state.growth[i]
             missed, limit = missed_torque(signal, i, state), parameters.torque_limit[i]
             if parameters.disturbance_model == RAMP:
                 innovation = missed - (estimate + growth)
@@ -58,7 +66,7 @@ class ComputedTorqueObserver(LimitAwareLaw, ComputedTorque):
                 growth += (1.0 - pole) * (1.0 - pole) * innovation
             else:
                 estimate += (1.0 - pole) * (missed - estimate)
-            state[MEMORY + i] = limited(estimate, limit)
-            state[MEMORY + 3 + i] = growth if abs(estimate) < limit else 0.0
-            command.torque[i] -= state[MEMORY + i] + state[MEMORY + 3 + i]
+            state.estimate[i] = limited(estimate, limit)
+            state.growth[i] = growth if abs(estimate) < limit else 0.0
+            command.torque[i] -= state.estimate[i] + state.growth[i]
         remember(signal, command, parameters.torque_limit, state)

@@ -3,13 +3,11 @@
 from math import exp, log1p, tanh
 from typing import Any, ClassVar
 
-from spherical_wrist.control.contract import Array, Command, ModelBasedLaw, Signal
-from spherical_wrist.control.mismatch_observer import MEMORY, foresee, observe, remember, samples_since, start
+from spherical_wrist.control.contract import Bound, Command, LawStatus, ModelBasedLaw, Signal
+from spherical_wrist.control.fuzzy_sliding_computed_torque import Rules
+from spherical_wrist.control.mismatch_observer import Mismatch, foresee, observe, remember, samples_since, start
 from spherical_wrist.fuzzy import sugeno
-from spherical_wrist.parameters import Positive, PositiveVector, quantity
-
-_Row = tuple[Positive, Positive, Positive]
-AXIS = 1 + MEMORY
+from spherical_wrist.parameters import Positive, PositiveVector, Vector, quantity
 
 RULES: tuple[tuple[float, float, float], ...] = (
     # rate:  N    Z    P         error:
@@ -25,13 +23,13 @@ RULES: tuple[tuple[float, float, float], ...] = (
 
 
 def logarithmic(error: float, floor: float, scale: float) -> float:
-    """sgn(e) ln(1 + |e| / floor) / ln(1 + scale / floor): linear below ``floor``, logarithmic above, 1 at ``scale``."""
+    """Return sgn(e) ln(1 + |e| / floor) / ln(1 + scale / floor): linear below ``floor``, 1 at ``scale``."""
     size = log1p(abs(error) / floor) / log1p(scale / floor)
     return size if error >= 0.0 else -size
 
 
 class FuzzyIntegralSliding(ModelBasedLaw):
-    """A fuzzy sliding surface with integral action, and an observer for what its model misses.
+    """A fuzzy sliding surface with integral action, and an observer of the model mismatch.
 
     It grows the paper's proposal, eq. (44)–(48), by what its residual error asks for. Per axis, in the body frame,
 
@@ -62,7 +60,16 @@ class FuzzyIntegralSliding(ModelBasedLaw):
     plant of 0.6 times the mass. The paper's slope is steepest at zero; this one has the observer there.
     """
 
-    state_size: ClassVar[int] = 2 + 3 * AXIS
+    status: ClassVar[LawStatus] = "ours"
+    has_surface: ClassVar[bool] = True
+    tracks_to: ClassVar[Bound] = Bound(2.4e-6, 4.4e-6)
+
+    class State(Mismatch):
+        """Observer, integral of the surface, and lateness of the last sample."""
+
+        integral: Vector = quantity(0.0, "rad·s", "z, the error that the surface integrates")
+        late: float = quantity(0.0, "", "lateness of the last sample, in periods")
+        running: float = quantity(0.0, "", "1 after the first step")
 
     slope: Positive = quantity(32.0, "1/s", "slope λ of the surface, times α")
     integral: Positive = quantity(68.0, "1/s²", "integral gain λ_I of the surface")
@@ -71,9 +78,7 @@ class FuzzyIntegralSliding(ModelBasedLaw):
     phi: PositiveVector = quantity(1.0, "rad/s", "boundary layer φ per axis; κ φ is the most that is spent on reaching")
     bandwidth: Positive = quantity(335.0, "1/s", "bandwidth ω of the mismatch observer")
     mismatch_limit: Positive = quantity(200.0, "rad/s²", "largest mismatch δ̂ that is believed")
-    rules: tuple[_Row, _Row, _Row, _Row, _Row, _Row, _Row] = quantity(
-        RULES, "", "rule weights of α: rows NB … PB of the error, columns N, Z, P of its rate"
-    )
+    rules: Rules = quantity(RULES, "", "rule weights of α: rows NB … PB of the error, columns N, Z, P of its rate")
     error_floor: Positive = quantity(0.003, "rad", "error below which its scale is linear: ten times the noise")
     error_scale: Positive = quantity(1.0, "rad", "error at which it is fully big (NB, PB)")
     rate_scale: PositiveVector = quantity(1.0, "rad/s", "rate error at which it is fully negative or positive (N, P)")
@@ -84,39 +89,39 @@ class FuzzyIntegralSliding(ModelBasedLaw):
         return self.phi
 
     @staticmethod
-    def step(signal: Signal, parameters: Any, state: Array, command: Command) -> None:
+    def step(signal: Signal, parameters: Any, state: Any, command: Command) -> None:
         """See the class."""
         period = signal.period
         late = max(0.0, signal.horizon / period - 0.5)
-        running = state[0] > 0.5
-        periods = samples_since(state[1], late) if running else 0
-        state[0], state[1] = 1.0, late
+        running = state.running > 0.5
+        periods = samples_since(state.late, late) if running else 0
+        state.running, state.late = 1.0, late
         reaching = (1.0 - exp(-parameters.reaching * period)) / period  # the same decay, at the instants
         for i in range(3):
-            axis = state[2 + i * AXIS : 2 + (i + 1) * AXIS]
-            memory = axis[1:]
             e, de = signal.error[i], signal.rate_error[i]
             size = logarithmic(e, parameters.error_floor, parameters.error_scale)
             slope = parameters.slope * sugeno(size, de / parameters.rate_scale[i], parameters.rules)
             zero = max(0.0, 1.0 - 3.0 * abs(size))
             pull = parameters.integral * zero
-            surface = slope * e + de + parameters.integral * axis[0]
+            surface = slope * e + de + parameters.integral * state.integral[i]
             if running:
                 known = slope * de + pull * e
-                observe(memory, surface, known, periods, late, period, parameters.bandwidth, parameters.mismatch_limit)
+                bandwidth, limit = parameters.bandwidth, parameters.mismatch_limit
+                observe(state, i, surface, known, periods, late, period, bandwidth, limit)
             else:
-                start(memory, surface)
-            turned, gained, mismatch = foresee(memory, de, late, period)
-            reached = memory[0] + gained + slope * turned + pull * e * late * period
+                start(state, i, surface)
+            turned, gained, mismatch = foresee(state, i, de, late, period)
+            reached = state.surface[i] + gained + slope * turned + pull * e * late * period
             layer = parameters.phi[i]
             w = slope * (de + gained) + pull * (e + turned) + reaching * layer * tanh(reached / layer) + mismatch
-            remember(memory, w)
+            remember(state, i, w)
             bound = parameters.integral_limit / parameters.integral
-            axis[0] = min(bound, max(-bound, axis[0] + periods * period * zero * e))
+            integral = state.integral[i] + periods * period * zero * e
+            state.integral[i] = min(bound, max(-bound, integral))
             command.surface[i] = surface
             command.slope[i] = slope
         for i in range(3):
             command.torque[i] = signal.N[i]
             for j in range(3):
-                asked = state[2 + j * AXIS + 4]
+                asked = state.past[j, 0]
                 command.torque[i] += signal.H[i, j] * (signal.feed_forward[j] + asked)

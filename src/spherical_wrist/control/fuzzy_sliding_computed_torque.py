@@ -1,11 +1,11 @@
-"""The paper's proposal, eq. (44)–(48): the slope of the sliding surface is tuned on line by fuzzy inference."""
+"""Proposal of the paper, eq. (44)–(48): the slope of the sliding surface is tuned on line by fuzzy inference."""
 
 from typing import Any, ClassVar
 
 from pydantic import model_validator
 
 from spherical_wrist.control.computed_torque import computed_torque
-from spherical_wrist.control.contract import Array, Command, Signal
+from spherical_wrist.control.contract import Array, Bound, Command, LawStatus, Signal
 from spherical_wrist.control.sliding_computed_torque import SlidingComputedTorque
 from spherical_wrist.control.sliding_surface import add_switching
 from spherical_wrist.fuzzy import Tuner, sugeno
@@ -17,8 +17,10 @@ from spherical_wrist.parameters import Positive, PositiveVector, quantity
 
 _Row = tuple[Positive, Positive, Positive]
 _Tilts = tuple[float, float, float]
+# rule weights (7, 3): rows NB … PB of the error, columns N, Z, P of its rate
+Rules = tuple[_Row, _Row, _Row, _Row, _Row, _Row, _Row]
 
-RULES: tuple[tuple[float, float, float], ...] = (
+RULES: Rules = (
     # rate:  N    Z    P        error:
     (1.0, 1.0, 1.0),  # NB
     (1.5, 2.0, 1.5),  # NM
@@ -43,14 +45,16 @@ TILTS: tuple[tuple[float, float, float], ...] = (
 """About half the slope of RULES from row to row: the first-order surface rounds off the creases of the other."""
 
 
+MAMDANI, FIRST_ORDER = {"inference": "mamdani"}, {"inference": "sugeno_first_order"}
+"""Inferences that use the parameters declared with them."""
+
+
 class FuzzySlopeLaw(SlidingComputedTorque):
-    """What every law has that tunes its slope by the paper's 7 × 3 rules: their weights and the scales of e and ė."""
+    """A law that tunes its slope by the paper's 7 × 3 rules: their weights and the scales of e and ė."""
 
     abstract: ClassVar[bool] = True
 
-    rules: tuple[_Row, _Row, _Row, _Row, _Row, _Row, _Row] = quantity(
-        RULES, "", "rule weights θ: rows NB … PB of the error, columns N, Z, P of its rate"
-    )
+    rules: Rules = quantity(RULES, "", "rule weights θ: rows NB … PB of the error, columns N, Z, P of its rate")
     error_scale: PositiveVector = quantity(0.05, "rad", "error at which it is fully big (NB, PB)")
     rate_scale: PositiveVector = quantity(1.0, "rad/s", "rate error at which it is fully negative or positive (N, P)")
 
@@ -67,31 +71,44 @@ class FuzzySlidingComputedTorque(FuzzySlopeLaw):
     :attr:`table_error` says how far the table is from it. α is checked to be positive in all of the table.
     """
 
+    status: ClassVar[LawStatus] = "paper"
+    tracks_to: ClassVar[Bound] = Bound(5.5e-4, 7.2e-4)
+
     inference: InferenceName = quantity("sugeno", "", "fuzzy inference of the slope from the rules")
     membership: Shape = quantity("triangular", "", "shape of the fuzzy sets")
     conjunction: Conjunction = quantity("product", "", "AND of a rule's two conditions")
-    aggregation: Aggregation = quantity("max_min", "", "of mamdani: how the rules' output sets join")
-    defuzzification: Defuzzification = quantity("coa", "", "of mamdani: centre of area, or of gravity")
-    output_width: Positive = quantity(0.5, "", "of mamdani: centre to foot of the output set around a rule weight")
+    aggregation: Aggregation = quantity("max_min", "", "of mamdani: how the rules' output sets join", acts_with=MAMDANI)
+    defuzzification: Defuzzification = quantity(
+        "coa", "", "of mamdani: centre of area, or of gravity", acts_with=MAMDANI
+    )
+    output_width: Positive = quantity(
+        0.5, "", "of mamdani: centre to foot of the output set around a rule weight", acts_with=MAMDANI
+    )
     error_tilts: tuple[_Tilts, _Tilts, _Tilts, _Tilts, _Tilts, _Tilts, _Tilts] = quantity(
-        TILTS, "", "of sugeno_first_order: slope of each rule along e/error_scale, about its peak"
+        TILTS,
+        "",
+        "of sugeno_first_order: slope of each rule along e/error_scale, about its peak",
+        acts_with=FIRST_ORDER,
     )
     rate_tilts: tuple[_Tilts, _Tilts, _Tilts, _Tilts, _Tilts, _Tilts, _Tilts] = quantity(
-        ((0.0, 0.0, 0.0),) * 7, "", "of sugeno_first_order: slope of each rule along ė/rate_scale, about its peak"
+        ((0.0, 0.0, 0.0),) * 7,
+        "",
+        "of sugeno_first_order: slope of each rule along ė/rate_scale, about its peak",
+        acts_with=FIRST_ORDER,
     )
 
     @property
     def tuner(self) -> Tuner:
-        """What infers α; ``tuner.system()`` is the rule base with its inference, to evaluate or to draw."""
+        """Inference of α; ``tuner.system()`` is the rule base with its inference, to evaluate or to draw."""
         return Tuner(*(getattr(self, name) for name in Tuner._fields))
 
     @property
     def table_error(self) -> float:
-        """The largest difference between the α that the law reads from its table and the direct inference."""
+        """Largest difference between the α that the law reads from its table and the direct inference."""
         return self.tuner.table_error()
 
     def derived(self) -> dict[str, Array]:
-        """The table of α over e and ė, each divided by its scale, from −1 to 1."""
+        """Return the table of α over e and ė, each divided by its scale, from −1 to 1."""
         return {"table": self.tuner.table()}
 
     @model_validator(mode="after")
@@ -100,7 +117,7 @@ class FuzzySlidingComputedTorque(FuzzySlopeLaw):
         return self
 
     @staticmethod
-    def step(signal: Signal, parameters: Any, state: Array, command: Command) -> None:
+    def step(signal: Signal, parameters: Any, state: Any, command: Command) -> None:
         """See the class."""
         computed_torque(signal, parameters.Kp, parameters.Kv, command)
         for i in range(3):

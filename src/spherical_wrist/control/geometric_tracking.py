@@ -3,11 +3,12 @@
 from math import sin, sqrt
 from typing import Any, ClassVar, Literal
 
-from spherical_wrist.control.contract import Array, Command, Signal
+from spherical_wrist.control.contract import Array, Bound, Command, LawState, LawStatus, Signal, choice
 from spherical_wrist.control.torque_limit import LimitAwareLaw, integrated
-from spherical_wrist.parameters import NonNegative, Positive, quantity
+from spherical_wrist.parameters import NonNegative, Positive, Vector, quantity
 
-HALF_ANGLE = 1.0
+AttitudeError = Literal["sine", "half_angle"]
+HALF_ANGLE = choice(AttitudeError, "half_angle")
 
 
 class GeometricTracking(LimitAwareLaw):
@@ -33,16 +34,22 @@ class GeometricTracking(LimitAwareLaw):
     the former's. The integral stops at ``torque_limit``, and while the whole torque is beyond it.
     """
 
-    state_size: ClassVar[int] = 3
+    status: ClassVar[LawStatus] = "rival"
+    tracks_to: ClassVar[Bound] = Bound(3.0e-5, 4.6e-5)
+
+    class State(LawState):
+        """Memory of the integral."""
+
+        integral: Vector = quantity(0.0, "N·m", "integral torque w")
 
     Kr: Positive = quantity(2860.0, "1/s²", "attitude gain k_R")
     Kw: Positive = quantity(256.0, "1/s", "rate gain k_Ω")
     Ki: NonNegative = quantity(22300.0, "1/s²", "integral gain k_I")
     slope: Positive = quantity(153.0, "1/s", "share c of the attitude error in the integral, against the rate error")
-    attitude_error: Literal["sine", "half_angle"] = quantity("sine", "", "attitude error vector e_R")
+    attitude_error: AttitudeError = quantity("sine", "", "attitude error vector e_R")
 
     @staticmethod
-    def step(signal: Signal, parameters: Any, state: Array, command: Command) -> None:
+    def step(signal: Signal, parameters: Any, state: Any, command: Command) -> None:
         """See the class."""
         e, de = error_vector(parameters.attitude_error, signal.error), signal.rate_error
         for i in range(3):
@@ -52,12 +59,17 @@ class GeometricTracking(LimitAwareLaw):
                 acceleration = signal.feed_forward[j] + parameters.Kr * e[j] + parameters.Kw * de[j]
                 command.torque[i] += signal.H[i, j] * acceleration
                 change += signal.period * parameters.Ki * signal.H[i, j] * (de[j] + parameters.slope * e[j])
-            state[i] = integrated(state[i], change, command.torque[i], parameters.torque_limit[i])
-            command.torque[i] += state[i]
+            state.integral[i] = integrated(state.integral[i], change, command.torque[i], parameters.torque_limit[i])
+            command.torque[i] += state.integral[i]
 
 
 def error_vector(kind: float, error: Array) -> tuple[float, float, float]:
-    """e_R of the attitude error e [rad]."""
+    """Return e_R of the attitude error e [rad].
+
+    Args:
+        kind: ``HALF_ANGLE`` for half_angle, any other number for sine.
+        error: attitude error (3,) [rad].
+    """
     angle = sqrt(error[0] * error[0] + error[1] * error[1] + error[2] * error[2])
     scale = 1.0
     if angle > 0.0:

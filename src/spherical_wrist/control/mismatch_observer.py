@@ -1,4 +1,4 @@
-"""What the model misses, estimated from the sliding surface, when samples are late and torques act late.
+"""Observer of the model mismatch from the sliding surface, with samples that are late and torques that act late.
 
 With τ = N + H (q̈_d + w) a wrist whose model is right follows ë = −w. Let δ [rad/s²] be all that makes it ë = −w + δ,
 and S = ė + c(e) any surface with Ṡ = ë + g, g known. Then Ṡ = δ + g − w, for which, with δ̈ taken for zero,
@@ -12,62 +12,81 @@ unlike that of a single integrator. It is an extended state observer in the sens
 
 The torque that acts during the period before a sample is not the one that was asked for last: the sample is ``late``
 periods old when it is used, the age of the sample and the lag of the motors together. So the w that were asked for are
-kept, and what they are about to do is added to the sample. One axis has MEMORY numbers of state: Ŝ, δ̂, δ̂' and the past
-of w.
+kept, and what they are about to do is added to the sample. A law that uses the observer derives its state from
+:class:`Mismatch`.
 """
 
 from math import exp, floor
 from typing import Any
 
-from spherical_wrist.control.contract import Array
+from spherical_wrist.control.contract import LawState
+from spherical_wrist.parameters import Vector, quantity
 
 PAST = 16
-"""Periods for which what was asked for is kept: beyond that lateness the oldest stands for what came before."""
+"""Periods for which w is kept: beyond that lateness the oldest one stands for those before it."""
 
-MEMORY = 3 + PAST
+_Past = tuple[tuple[float, ...], tuple[float, ...], tuple[float, ...]]
 
 
-def asked(memory: Array, back: float) -> float:
-    """The mean of w [rad/s²] over the period that ended ``back`` periods before now, any fraction of them."""
+class Mismatch(LawState):
+    """State of the observer, per axis."""
+
+    surface: Vector = quantity(0.0, "rad/s", "estimated surface Ŝ")
+    mismatch: Vector = quantity(0.0, "rad/s²", "estimated mismatch δ̂")
+    growth: Vector = quantity(0.0, "rad/s³", "its rate of change δ̂'")
+    past: _Past = quantity(((0.0,) * PAST,) * 3, "rad/s²", "w of the last periods, the newest first")
+
+
+def asked(state: Any, axis: int, back: float) -> float:
+    """Return the mean of w [rad/s²] over the period that ended ``back`` periods before now, any fraction of them."""
     whole = floor(back)
     part = back - whole
     newer, older = min(PAST - 1, whole), min(PAST - 1, whole + 1)
-    mean: float = (1.0 - part) * memory[3 + newer] + part * memory[3 + older]
+    mean: float = (1.0 - part) * state.past[axis, newer] + part * state.past[axis, older]
     return mean
 
 
 def observe(
-    memory: Any, surface: float, known: float, periods: int, late: float, period: float, bandwidth: float, limit: float
+    state: Any,
+    axis: int,
+    surface: float,
+    known: float,
+    periods: int,
+    late: float,
+    period: float,
+    bandwidth: float,
+    limit: float,
 ) -> None:
-    """Takes a sample of the surface.
+    """Update the observer with a sample of the surface.
 
     Args:
-        memory: of one axis.
+        state: the observer's, written.
+        axis: axis of the sample.
         surface: S [rad/s].
         known: g [rad/s²] at the sample.
-        periods: how many periods after the last one that was taken this sample is; 0 takes none.
-        late: its lateness, in periods.
+        periods: number of periods since the last sample that was taken; 0 takes none.
+        late: lateness of the sample, in periods.
         period: T [s].
         bandwidth: ω [1/s].
         limit: largest δ̂ [rad/s²]; a motor at its limit would otherwise wind it up.
     """
     for n in range(periods):
-        w = asked(memory, late + periods - 1 - n)
-        memory[0] += period * (memory[1] + 0.5 * period * memory[2] + known - w)
-        memory[1] += period * memory[2]
+        w = asked(state, axis, late + periods - 1 - n)
+        state.surface[axis] += period * (state.mismatch[axis] + 0.5 * period * state.growth[axis] + known - w)
+        state.mismatch[axis] += period * state.growth[axis]
     if periods > 0:
         p = exp(-bandwidth * period)
-        innovation = surface - memory[0]
-        memory[0] += (1.0 - p * p * p) * innovation
-        memory[1] += 1.5 * (1.0 - p * p) * (1.0 - p) * innovation / period
-        memory[2] += (1.0 - p) * (1.0 - p) * (1.0 - p) * innovation / (period * period)
-        if abs(memory[1]) > limit:
-            memory[1] = min(limit, max(-limit, memory[1]))
-            memory[2] = 0.0
+        innovation = surface - state.surface[axis]
+        state.surface[axis] += (1.0 - p * p * p) * innovation
+        state.mismatch[axis] += 1.5 * (1.0 - p * p) * (1.0 - p) * innovation / period
+        state.growth[axis] += (1.0 - p) * (1.0 - p) * (1.0 - p) * innovation / (period * period)
+        if abs(state.mismatch[axis]) > limit:
+            state.mismatch[axis] = min(limit, max(-limit, state.mismatch[axis]))
+            state.growth[axis] = 0.0
 
 
-def foresee(memory: Array, rate_error: float, late: float, period: float) -> tuple[float, float, float]:
-    """What happens between the sample and the time at which the next torque acts.
+def foresee(state: Any, axis: int, rate_error: float, late: float, period: float) -> tuple[float, float, float]:
+    """Predict the errors from the sample until the time at which the next torque acts.
 
     Returns:
         The changes of the error e [rad] and of its rate ė [rad/s], and the mismatch δ [rad/s²] in the middle of the
@@ -77,27 +96,30 @@ def foresee(memory: Array, rate_error: float, late: float, period: float) -> tup
     turned, gained, passed = 0.0, 0.0, 0.0
     for j in range(whole + 1):
         span = period * (late - whole) if j == 0 else period
-        acceleration = memory[1] + memory[2] * (passed + 0.5 * span) - memory[3 + min(PAST - 1, whole - j)]
+        w = state.past[axis, min(PAST - 1, whole - j)]
+        acceleration = state.mismatch[axis] + state.growth[axis] * (passed + 0.5 * span) - w
         turned += span * (rate_error + gained + 0.5 * span * acceleration)
         gained += span * acceleration
         passed += span
-    return turned, gained, memory[1] + memory[2] * (passed + 0.5 * period)
+    return turned, gained, state.mismatch[axis] + state.growth[axis] * (passed + 0.5 * period)
 
 
-def remember(memory: Array, w: float) -> None:
-    """Keeps what is asked for in the period that begins now [rad/s²]."""
+def remember(state: Any, axis: int, w: float) -> None:
+    """Keep the w [rad/s²] of the period that begins now."""
     for j in range(PAST - 1, 0, -1):
-        memory[3 + j] = memory[2 + j]
-    memory[3] = w
+        state.past[axis, j] = state.past[axis, j - 1]
+    state.past[axis, 0] = w
 
 
 def samples_since(before: float, late: float) -> int:
-    """Periods between the last sample and this one, from the lateness of both: 0 where no new one came."""
+    """Return the periods between the last sample and this one, from the lateness of both; 0 if no new one came."""
     return max(0, min(PAST, int(1 + floor(before - late + 0.5))))
 
 
-def start(memory: Any, surface: float) -> None:
-    """Begins at the first sample of the surface, with no mismatch known."""
-    for j in range(MEMORY):
-        memory[j] = 0.0
-    memory[0] = surface
+def start(state: Any, axis: int, surface: float) -> None:
+    """Begin at the first sample of the surface, with no mismatch known."""
+    state.surface[axis] = surface
+    state.mismatch[axis] = 0.0
+    state.growth[axis] = 0.0
+    for j in range(PAST):
+        state.past[axis, j] = 0.0

@@ -1,9 +1,9 @@
 """Computed torque with a sliding-surface term in parallel, eq. (34)–(35): the paper's baseline."""
 
-from typing import Any
+from typing import Any, ClassVar
 
 from spherical_wrist.control.computed_torque import ComputedTorque, computed_torque
-from spherical_wrist.control.contract import Array, Command, Signal
+from spherical_wrist.control.contract import Bound, Command, LawStatus, Signal
 from spherical_wrist.control.sliding_surface import SlidingSurfaceLaw, add_switching
 
 
@@ -15,8 +15,11 @@ class SlidingComputedTorque(SlidingSurfaceLaw, ComputedTorque):
     torque d the error then stays at φ atanh(d/K) / λ for ``tanh``, φ d / (K λ) for ``saturation``.
     """
 
+    status: ClassVar[LawStatus] = "paper"
+    tracks_to: ClassVar[Bound] = Bound(3.1e-3, 4.1e-3)
+
     @staticmethod
-    def step(signal: Signal, parameters: Any, state: Array, command: Command) -> None:
+    def step(signal: Signal, parameters: Any, state: Any, command: Command) -> None:
         """See the class."""
         computed_torque(signal, parameters.Kp, parameters.Kv, command)
         for i in range(3):

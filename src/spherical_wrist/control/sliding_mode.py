@@ -1,14 +1,14 @@
-"""Sliding-mode control, eq. (16)–(25): an equivalent part for the model, a switching part for what it misses."""
+"""Sliding-mode control, eq. (16)–(25): an equivalent part for the model, a switching part for its errors."""
 
-from typing import Any
+from typing import Any, ClassVar
 
-from spherical_wrist.control.contract import Array, Command, Signal
+from spherical_wrist.control.contract import Bound, Command, LawStatus, Signal
 from spherical_wrist.control.sliding_surface import SlidingSurfaceLaw, add_switching
-from spherical_wrist.parameters import Positive, quantity
+from spherical_wrist.parameters import Positive, inherited
 
 
 def equivalent_torque(signal: Signal, slope: float, command: Command) -> None:
-    """Writes Û = H (q̈_d + λ ė) + N, the equivalent part of eq. (24): Ṡ = 0 where the model is the plant."""
+    """Write Û = H (q̈_d + λ ė) + N, the equivalent part of eq. (24): Ṡ = 0 where the model is the plant."""
     for i in range(3):
         command.torque[i] = signal.N[i]
         for j in range(3):
@@ -25,8 +25,9 @@ class SlidingMode(SlidingSurfaceLaw):
 
     Against a mismatch torque Δ, which is what the plant needs to keep S less what Û supplies, the plant follows
     H Ṡ = Δ − K sw(S / φ), H being its own inertia. With ``sign`` and K_i > |Δ_i|, S is reached in finite time, eq.
-    (18)–(22), as ``lyapunov.reaching`` computes; the layer only within φ. On S = 0 the attitude error obeys ė = −λ e
-    without approximation, for the log of SO(3) too, and decays as exp(−λ t): eq. (23) holds in the limit, not at once.
+    (18)–(22), as ``paper.lyapunov.reaching`` computes; the layer only within φ. On S = 0 the attitude error obeys
+    ė = −λ e without approximation, for the log of SO(3) too, and decays as exp(−λ t): eq. (23) holds in the limit, not
+    at once.
     (λ ė in Û is the derivative of λ e to first order in e only; Δ has the rest.)
 
     Within the boundary layer each axis is a loop of bandwidth β = K/(φ H) around e' = −λ e + S, whose poles are λ and
@@ -35,10 +36,13 @@ class SlidingMode(SlidingSurfaceLaw):
     so that the loop stays damped and within its rate at 1 kHz (β T < 0.9) for plants of 0.5 to 1.5 times the mass.
     """
 
-    slope: Positive = quantity(100.0, "1/s", "slope λ of the sliding surface")
+    status: ClassVar[LawStatus] = "paper"
+    tracks_to: ClassVar[Bound] = Bound(9.7e-4, 1.28e-3)
+
+    slope: Positive = inherited(SlidingSurfaceLaw, "slope", 100.0)
 
     @staticmethod
-    def step(signal: Signal, parameters: Any, state: Array, command: Command) -> None:
+    def step(signal: Signal, parameters: Any, state: Any, command: Command) -> None:
         """See the class."""
         equivalent_torque(signal, parameters.slope, command)
         for i in range(3):

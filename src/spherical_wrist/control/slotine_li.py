@@ -1,17 +1,15 @@
-"""Adaptive control of Slotine and Li: what the model misses is learned as a linear combination of known motions."""
+"""Adaptive control of Slotine and Li: the torque that the model misses is learned as a combination of known motions."""
 
 from math import sqrt
 from typing import Any, ClassVar
 
-from spherical_wrist.control.contract import Array, Command, Signal
+from spherical_wrist.control.contract import Array, Bound, Command, LawState, LawStatus, Signal
 from spherical_wrist.control.sliding_mode import equivalent_torque
 from spherical_wrist.control.torque_limit import LimitAwareLaw, integrated, limited
-from spherical_wrist.parameters import NonNegative, Positive, quantity
+from spherical_wrist.parameters import NonNegative, Positive, Vector, quantity
+from spherical_wrist.so3 import Vector3, cross
 
-Vector3 = tuple[float, float, float]
-
-GRAVITY, DAMPING, CONSTANT = 6, 9, 12
-"""Where in the state they begin; the six entries of ΔH come first."""
+_Six = tuple[float, float, float, float, float, float]
 
 
 class SlotineLi(LimitAwareLaw):
@@ -23,7 +21,7 @@ class SlotineLi(LimitAwareLaw):
 
     ΔH [kg·m²] symmetric (6), μ [N·m] of gravity, mass times gravity times the shift of its centre (3), ẑ = Rᵀ (0, 0,
     1) the vertical in the body, b [N·m·s/rad] of viscous damping (3), c [N·m] a constant torque (3). They are the
-    law's state, in this order. Γ is diagonal but for c: γ_H h, γ_μ h, γ_b h with h = tr H / 3, and γ_c H, so that the
+    law's state. Γ is diagonal but for c: γ_H h, γ_μ h, γ_b h with h = tr H / 3, and γ_c H, so that the
     gains γ are those of a wrist of any size.
 
     Derivation (Slotine and Li, 1987): a ball joint's inertia H* is constant in the body frame. If θ* are the true
@@ -44,7 +42,17 @@ class SlotineLi(LimitAwareLaw):
     and delays, a fast ΔH drifts.
     """
 
-    state_size: ClassVar[int] = 15
+    status: ClassVar[LawStatus] = "rival"
+    has_surface: ClassVar[bool] = True
+    tracks_to: ClassVar[Bound] = Bound(3.0e-5, 4.6e-5)
+
+    class State(LawState):
+        """Learned deviations θ of the wrist from the nominal model."""
+
+        inertia: _Six = quantity((0.0,) * 6, "kg·m²", "entries xx, xy, xz, yy, yz, zz of ΔH")
+        gravity: Vector = quantity(0.0, "N·m", "gravity moment μ")
+        damping: Vector = quantity(0.0, "N·m·s/rad", "viscous damping b")
+        constant: Vector = quantity(0.0, "N·m", "constant torque c")
 
     slope: Positive = quantity(191.0, "1/s", "slope λ of the sliding surface")
     K: Positive = quantity(55.0, "1/s", "gain of the surface")
@@ -57,7 +65,7 @@ class SlotineLi(LimitAwareLaw):
     damping_limit: Positive = quantity(0.002, "N·m·s/rad", "largest deviation of the damping")
 
     @staticmethod
-    def step(signal: Signal, parameters: Any, state: Array, command: Command) -> None:
+    def step(signal: Signal, parameters: Any, state: Any, command: Command) -> None:
         """See the class."""
         equivalent_torque(signal, parameters.slope, command)
         H, ahead, lead = signal.H, signal.feed_forward, signal.horizon
@@ -75,8 +83,8 @@ class SlotineLi(LimitAwareLaw):
             for j in range(3):
                 command.torque[i] += H[i, j] * parameters.K * s[j]
                 change += signal.period * parameters.torque_adaptation * H[i, j] * s[j]
-            state[CONSTANT + i] = integrated(state[CONSTANT + i], change, command.torque[i], limit)
-            command.torque[i] += state[CONSTANT + i]
+            state.constant[i] = integrated(state.constant[i], change, command.torque[i], limit)
+            command.torque[i] += state.constant[i]
             saturated = saturated or abs(command.torque[i]) > limit
             command.surface[i] = s[i]
             command.slope[i] = slope
@@ -84,44 +92,39 @@ class SlotineLi(LimitAwareLaw):
             adapt(signal, parameters, state, s, a, rate, up)
 
 
-def cross(a: Vector3, b: Vector3) -> Vector3:
-    """The vector product a × b."""
-    return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
-
-
 def up_after(attitude: Array, rate: Vector3, time: float) -> Vector3:
-    """The world's vertical Rᵀ ẑ in the body frame, ``time`` [s] after it is seen at ``attitude``: ẑ' = −ω × ẑ."""
+    """Return the vertical Rᵀ ẑ in the body frame, ``time`` [s] after it is seen at ``attitude``: ẑ' = −ω × ẑ."""
     w, x, y, z = attitude[0], attitude[1], attitude[2], attitude[3]
     up = (2.0 * (x * z - w * y), 2.0 * (y * z + w * x), w * w - x * x - y * y + z * z)
     turn = cross(up, rate)
     return (up[0] + time * turn[0], up[1] + time * turn[1], up[2] + time * turn[2])
 
 
-def inertia_times(theta: Array, v: Vector3) -> Vector3:
-    """ΔH v, with the entries xx, xy, xz, yy, yz, zz of ΔH at the start of θ."""
+def inertia_times(inertia: Array, v: Vector3) -> Vector3:
+    """Return ΔH v from the entries xx, xy, xz, yy, yz, zz of ΔH."""
     return (
-        theta[0] * v[0] + theta[1] * v[1] + theta[2] * v[2],
-        theta[1] * v[0] + theta[3] * v[1] + theta[4] * v[2],
-        theta[2] * v[0] + theta[4] * v[1] + theta[5] * v[2],
+        inertia[0] * v[0] + inertia[1] * v[1] + inertia[2] * v[2],
+        inertia[1] * v[0] + inertia[3] * v[1] + inertia[4] * v[2],
+        inertia[2] * v[0] + inertia[4] * v[1] + inertia[5] * v[2],
     )
 
 
-def deviation_torque(theta: Array, acceleration: Vector3, rate: Vector3, up: Vector3) -> Vector3:
-    """Y θ = ΔH a + ω × ΔH ω + μ × ẑ + b ∘ ω [N·m]."""
-    straight = inertia_times(theta, acceleration)
-    turning = cross(rate, inertia_times(theta, rate))
-    weight = cross((theta[GRAVITY], theta[GRAVITY + 1], theta[GRAVITY + 2]), up)
+def deviation_torque(theta: Any, acceleration: Vector3, rate: Vector3, up: Vector3) -> Vector3:
+    """Return Y θ without c: ΔH a + ω × ΔH ω + μ × ẑ + b ∘ ω [N·m]."""
+    straight = inertia_times(theta.inertia, acceleration)
+    turning = cross(rate, inertia_times(theta.inertia, rate))
+    weight = cross((theta.gravity[0], theta.gravity[1], theta.gravity[2]), up)
     return (
-        straight[0] + turning[0] + weight[0] + theta[DAMPING] * rate[0],
-        straight[1] + turning[1] + weight[1] + theta[DAMPING + 1] * rate[1],
-        straight[2] + turning[2] + weight[2] + theta[DAMPING + 2] * rate[2],
+        straight[0] + turning[0] + weight[0] + theta.damping[0] * rate[0],
+        straight[1] + turning[1] + weight[1] + theta.damping[1] * rate[1],
+        straight[2] + turning[2] + weight[2] + theta.damping[2] * rate[2],
     )
 
 
 def adapt(
-    signal: Signal, parameters: Any, theta: Array, s: Vector3, acceleration: Vector3, rate: Vector3, up: Vector3
+    signal: Signal, parameters: Any, theta: Any, s: Vector3, acceleration: Vector3, rate: Vector3, up: Vector3
 ) -> None:
-    """Adds T Γ Yᵀ S to θ and projects it onto its bounds."""
+    """Add T Γ Yᵀ S to θ and project it onto its bounds."""
     H, a = signal.H, acceleration
     size = signal.period * (H[0, 0] + H[1, 1] + H[2, 2]) / 3.0
     # S · (ω × ΔH ω) = (S × ω) · ΔH ω, and S · (μ × ẑ) = μ · (ẑ × S)
@@ -133,10 +136,10 @@ def adapt(
             if i != j:
                 gradient += s[j] * a[i] + t[j] * rate[i]
             limit = parameters.inertia_limit * sqrt(H[i, i] * H[j, j])
-            theta[n] = limited(theta[n] + size * parameters.inertia_adaptation * gradient, limit)
+            theta.inertia[n] = limited(theta.inertia[n] + size * parameters.inertia_adaptation * gradient, limit)
             n += 1
     for i in range(3):
-        gravity = theta[GRAVITY + i] + size * parameters.gravity_adaptation * g[i]
-        damping = theta[DAMPING + i] + size * parameters.damping_adaptation * rate[i] * s[i]
-        theta[GRAVITY + i] = limited(gravity, parameters.gravity_limit)
-        theta[DAMPING + i] = limited(damping, parameters.damping_limit)
+        gravity = theta.gravity[i] + size * parameters.gravity_adaptation * g[i]
+        damping = theta.damping[i] + size * parameters.damping_adaptation * rate[i] * s[i]
+        theta.gravity[i] = limited(gravity, parameters.gravity_limit)
+        theta.damping[i] = limited(damping, parameters.damping_limit)

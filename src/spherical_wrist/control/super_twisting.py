@@ -3,18 +3,18 @@
 from math import sqrt
 from typing import Any, ClassVar
 
-from spherical_wrist.control.contract import Array, Command, Signal, SwitchingName
+from spherical_wrist.control.contract import Bound, Command, LawState, LawStatus, Signal
 from spherical_wrist.control.sliding_mode import equivalent_torque
-from spherical_wrist.control.switching import SIGN, switch
+from spherical_wrist.control.switching import SIGN, SwitchingName, switch
 from spherical_wrist.control.torque_limit import LimitAwareLaw, integrated
-from spherical_wrist.parameters import Positive, PositiveVector, quantity
+from spherical_wrist.parameters import Positive, PositiveVector, Vector, quantity
 
 
 class SuperTwisting(LimitAwareLaw):
     """Super-twisting: τ = H (q̈_d + λ ė + k₁ ρ(S) sw(S/φ)) + N + w, ẇ = H k₂ sw(S/φ), with S = λ e + ė.
 
     ρ(S) = √|S| with ``sign`` (Levant, 1993), and √max(|S|, φ) with a boundary layer φ. H (q̈_d + λ ė) + N is
-    the equivalent torque of eq. (24); S [rad/s] is eq. (17) per axis, body frame; w [N·m] is the law's state.
+    the equivalent torque of eq. (24); S [rad/s] is eq. (17) per axis, body frame; w [N·m] is ``integral`` of the state.
 
     Derivation: with d the torque beyond the nominal model, H ω̇ = τ − N + d, and z = −H⁻¹ (w + d),
 
@@ -36,7 +36,14 @@ class SuperTwisting(LimitAwareLaw):
     computed torque. The integral stops at ``torque_limit``, and while the whole torque is beyond it.
     """
 
-    state_size: ClassVar[int] = 3
+    status: ClassVar[LawStatus] = "rival"
+    has_surface: ClassVar[bool] = True
+    tracks_to: ClassVar[Bound] = Bound(3.0e-5, 4.6e-5)
+
+    class State(LawState):
+        """Memory of the integral."""
+
+        integral: Vector = quantity(0.0, "N·m", "integral torque w")
 
     k1: PositiveVector = quantity(38.9, "rad½/(s·s½)", "gain k₁ of the root per axis")
     k2: PositiveVector = quantity(8850.0, "rad/s³", "gain k₂ of the integral per axis")
@@ -50,7 +57,7 @@ class SuperTwisting(LimitAwareLaw):
         return self.phi
 
     @staticmethod
-    def step(signal: Signal, parameters: Any, state: Array, command: Command) -> None:
+    def step(signal: Signal, parameters: Any, state: Any, command: Command) -> None:
         """See the class."""
         equivalent_torque(signal, parameters.slope, command)
         for i in range(3):
@@ -64,5 +71,5 @@ class SuperTwisting(LimitAwareLaw):
                 root = sqrt(abs(surface) if parameters.switching == SIGN else max(abs(surface), layer))
                 command.torque[i] += signal.H[i, j] * parameters.k1[j] * root * direction
                 change += signal.period * signal.H[i, j] * parameters.k2[j] * direction
-            state[i] = integrated(state[i], change, command.torque[i], parameters.torque_limit[i])
-            command.torque[i] += state[i]
+            state.integral[i] = integrated(state.integral[i], change, command.torque[i], parameters.torque_limit[i])
+            command.torque[i] += state.integral[i]

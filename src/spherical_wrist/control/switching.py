@@ -1,12 +1,16 @@
 """Switching functions of a sliding surface, each with a boundary layer φ; eq. (25) and its smooth forms."""
 
 from math import tanh
+from typing import Literal
 
-SIGN, SATURATION, TANH = 0.0, 1.0, 2.0
+from spherical_wrist.control.contract import choice
+
+SwitchingName = Literal["sign", "saturation", "tanh"]
+SIGN, SATURATION, TANH = (choice(SwitchingName, name) for name in ("sign", "saturation", "tanh"))
 
 
 def switch(kind: float, surface: float, layer: float) -> float:
-    """The switching function in [−1, 1] of one axis.
+    """Return the switching function in [−1, 1] of one axis.
 
     Args:
         kind: ``SIGN``: sgn(S), eq. (25); ``SATURATION``: S/φ clipped to [−1, 1]; ``TANH``: tanh(S/φ).

@@ -1,9 +1,9 @@
-"""Time-delay control: what the model misses now is what it missed one period ago."""
+"""Time-delay control: the torque that the model missed one period ago is taken for the one that it misses now."""
 
 from typing import Any, ClassVar
 
-from spherical_wrist.control.contract import Array, Command, Signal
-from spherical_wrist.control.past_period import MEMORY, rate_error_change, remember
+from spherical_wrist.control.contract import Bound, Command, LawStatus, Signal
+from spherical_wrist.control.past_period import PastPeriod, rate_error_change, remember
 from spherical_wrist.control.torque_limit import LimitAwareLaw, limited
 from spherical_wrist.parameters import NonNegativeVector, Positive, PositiveVector, quantity
 
@@ -29,18 +29,21 @@ class TimeDelayControl(LimitAwareLaw):
     exceed it.
     """
 
-    state_size: ClassVar[int] = MEMORY
+    status: ClassVar[LawStatus] = "rival"
+    tracks_to: ClassVar[Bound] = Bound(3.0e-5, 4.6e-5)
+
+    State = PastPeriod
 
     Kp: PositiveVector = quantity(11500.0, "1/s²", "proportional gain per axis")
     Kv: NonNegativeVector = quantity(78.5, "1/s", "derivative gain per axis")
     inertia_share: Positive = quantity(0.268, "", "share s of the nominal inertia that M̄ is")
 
     @staticmethod
-    def step(signal: Signal, parameters: Any, state: Array, command: Command) -> None:
+    def step(signal: Signal, parameters: Any, state: Any, command: Command) -> None:
         """See the class."""
         for i in range(3):
             command.torque[i] = signal.N[i]
-            needed = state[i]
+            needed = state.deviation[i]
             for j in range(3):
                 share = parameters.inertia_share * signal.H[i, j]
                 wanted = parameters.Kv[j] * signal.rate_error[j] + parameters.Kp[j] * signal.error[j]

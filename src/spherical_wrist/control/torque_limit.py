@@ -1,4 +1,4 @@
-"""What keeps an integral from winding up while the motors are at their limits: the law knows these limits."""
+"""Anti-windup: integrals stop while the motors are at their limits, which the law knows."""
 
 from typing import ClassVar
 
@@ -12,25 +12,25 @@ class LimitAwareLaw(ModelBasedLaw):
     abstract: ClassVar[bool] = True
 
     torque_limit: PositiveVector = quantity(
-        (0.25, 0.20, 0.33), "N·m", "what the motors give per axis: integrals and estimates stop there"
+        (0.25, 0.20, 0.33), "N·m", "limit of the motors per axis, where integrals and estimates stop", gain=False
     )
 
 
 def limited(value: float, limit: float) -> float:
-    """The value within ±limit."""
+    """Return the value clipped to ±limit."""
     return min(limit, max(-limit, value))
 
 
 def integrated(integral: float, change: float, torque: float, limit: float) -> float:
-    """An integral torque after ``change``, which is left out where it would push further beyond the motors' limit.
+    """Return an integral torque after ``change``, which is left out where it would push beyond the motors' limit.
 
     Conditional integration (Åström and Hägglund, 1995, PID Controllers: Theory, Design, and Tuning).
 
     Args:
         integral: the integral torque so far [N·m].
-        change: what is to be added [N·m].
-        torque: what the rest of the law asks for [N·m].
-        limit: what the motor gives [N·m].
+        change: torque to be added [N·m].
+        torque: torque of the rest of the law [N·m].
+        limit: limit of the motor [N·m].
 
     Returns:
         The integral torque, within ±limit.

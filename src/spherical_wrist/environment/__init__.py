@@ -1,4 +1,4 @@
-"""Gymnasium environments on the compiled loop: an agent sits where a control law sits.
+"""Gymnasium environments on the compiled loop: an agent takes the place of a control law.
 
 Importing this module registers them::
 
@@ -8,21 +8,21 @@ Importing this module registers them::
     env = gymnasium.make("spherical_wrist/Track-v0")
     envs = gymnasium.make_vec("spherical_wrist/Track-v0", num_envs=64)
 
-and so does ``gymnasium.make("spherical_wrist.environment:spherical_wrist/Track-v0")``. What an agent sees is described
-at :mod:`spherical_wrist.environment.observation`, what it does at :mod:`spherical_wrist.environment.action`, what it is
-paid for at :mod:`spherical_wrist.environment.reward`, and the arguments at
+``gymnasium.make("spherical_wrist.environment:spherical_wrist/Track-v0")`` registers them too. See
+:mod:`spherical_wrist.environment.observation`, :mod:`spherical_wrist.environment.action` and
+:mod:`spherical_wrist.environment.reward` for observations, actions and rewards, and
 :class:`spherical_wrist.environment.track.TrackEnv` and
-:class:`spherical_wrist.environment.track_vector.TrackVectorEnv`.
+:class:`spherical_wrist.environment.track_vector.TrackVectorEnv` for the arguments.
 """
 
 from spherical_wrist.errors import ParameterError
 
 TRACK = "spherical_wrist/Track-v0"
-"""Following a reference, under everything that an experiment can contain."""
+"""Id of the environment in which the wrist follows a reference, with any part of an experiment."""
 
 
 def register() -> None:
-    """Registers the environments with Gymnasium, where they are not registered yet.
+    """Register the environments with Gymnasium, if they are not registered yet.
 
     Raises:
         ParameterError: Gymnasium is not installed.

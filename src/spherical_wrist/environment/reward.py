@@ -1,23 +1,23 @@
-"""What an agent is paid for: a small tip error, little torque and little chattering.
+"""Reward for a small tip error, little torque and little chattering.
 
-For every control period that an action is held for, with the true tip error d [mm] at its end, the torque τ [N·m] that
-the motors delivered in it, and the chattering c = Σ|Δτ_i| / 3T [N·m/s], the change of the torque that was asked for
-since the period before, per axis and time,
+In one control period, d is the true tip error at its end [mm], τ the torque that the motors deliver [N·m], and
+c = Σ|Δτ_i| / 3T the chattering [N·m/s], the change of the commanded torque since the last period, per axis and time.
+Then
 
     r = (w_d / (1 + d/d₀) + w_τ / (1 + |τ|/τ₀) + w_c / (1 + c/c₀)) / (w_d + w_τ + w_c),
 
-and the reward is the mean of r over these periods. It lies between 0 and 1, so that an episode that ends early is never
-better than one that goes on; each part is worth one half of its weight at its scale, and keeps paying for a tenfold
-smaller error where a square would have vanished. d₀ is 0.1 mm, what coronary surgery needs.
+and the reward of a step is the mean of r over its control periods. It is between 0 and 1, so that an early end of an
+episode is never an advantage. Each term is half of its weight at its scale, and still rewards a tenfold smaller error,
+unlike a square, which would vanish. d₀ is 0.1 mm, the accuracy that coronary surgery needs.
 """
 
 from math import isfinite, sqrt
 from typing import Any
 
 from spherical_wrist.dynamics import MOTION
+from spherical_wrist.loop.addresses import records
+from spherical_wrist.loop.loop import LOG
 from spherical_wrist.parameters import NonNegative, Parameters, Positive, quantity
-from spherical_wrist.simulation.addresses import records
-from spherical_wrist.simulation.loop import LOG
 from spherical_wrist.so3 import Quaternion, attitude_error, rate_error, rotate
 
 
@@ -33,26 +33,26 @@ class Reward(Parameters):
 
 
 class Limits(Parameters):
-    """What ends an episode, as it ends one that diverges."""
+    """Thresholds that terminate an episode early."""
 
     tip_error_mm: Positive | None = quantity(None, "mm", "largest true tip error")
     error_rad: Positive | None = quantity(None, "rad", "largest true attitude error")
 
 
-def judge(row: Any, plant: Any, logged: int, period: float, result: Any) -> None:
-    """Writes reward, true errors and torque of the control periods that were just played; compiled.
+def evaluate_reward(record: Any, plant: Any, logged: int, period: float, result: Any) -> None:
+    """Write reward, true errors and torque of a step. Compiled.
 
     Args:
-        row: a ROW record, whose offset is the instant after them; its ``asked`` is the last torque asked for.
-        plant: where they led to.
-        logged: how many there were.
+        record: EPISODE_RECORD record, whose offset is the instant after the step; its last command is updated.
+        plant: plant after the step.
+        logged: number of control periods in the step.
         period: control period T [s].
-        result: a RESULT record, written.
+        result: STEP_RESULT record, written.
     """
-    log, desired = records(row.run.log, LOG), records(row.run.inputs.desired, MOTION)
+    log, desired = records(record.run.log, LOG), records(record.run.inputs.desired, MOTION)
     p, w = plant.qpos, plant.qvel
-    start, pay = row.offset - logged, 0.0
-    result.beyond = False
+    start, reward = record.offset - logged, 0.0
+    result.out_of_bounds = False
     for r in range(logged + 1):
         d = desired[start + r].attitude
         target = (d[0], d[1], d[2], d[3])
@@ -61,46 +61,46 @@ def judge(row: Any, plant: Any, logged: int, period: float, result: Any) -> None
             a = log[r].attitude
             q = (a[0], a[1], a[2], a[3])
         e = attitude_error(q, target)
-        far = tip_distance(row, q, target)
+        tip_error = tip_distance(record, q, target)
         error = sqrt(e[0] * e[0] + e[1] * e[1] + e[2] * e[2])
         if r > 0 or logged == 0:
-            result.tip_error_mm = far
-            if not (far <= row.most_tip_error and error <= row.most_error):
-                result.beyond = True
+            result.tip_error_mm = tip_error
+            if not (tip_error <= record.max_tip_error and error <= record.max_error):
+                result.out_of_bounds = True
         for i in range(3):
             result.error[i] = e[i]
         if r > 0:
-            pay += paid(row, log[r - 1], far, period) / logged
-    v = desired[row.offset].rate
+            reward += period_reward(record, log[r - 1], tip_error, period) / logged
+    v = desired[record.offset].rate
     de = rate_error(q, (w[0], w[1], w[2]), target, (v[0], v[1], v[2]))
     for i in range(3):
         result.rate_error[i] = de[i]
         result.torque[i] = log[logged - 1].torque[i] if logged > 0 else 0.0
-    result.reward = pay
+    result.reward = reward
 
 
-def paid(row: Any, played: Any, far: float, period: float) -> float:
-    """The reward of one control period, and its torque remembered as the one before."""
-    t, c = played.torque, played.commanded_torque
+def period_reward(record: Any, row: Any, tip_error: float, period: float) -> float:
+    """Compute the reward of one control period from its row of the log, and store its commanded torque."""
+    t, c = row.torque, row.commanded_torque
     change = 0.0
     for i in range(3):
-        if row.held > 0.5:
-            change += abs(c[i] - row.asked[i])
-        row.asked[i] = c[i]
-    row.held = 1.0
+        if record.has_last_command > 0.5:
+            change += abs(c[i] - record.last_command[i])
+        record.last_command[i] = c[i]
+    record.has_last_command = 1.0
     effort = sqrt(t[0] * t[0] + t[1] * t[1] + t[2] * t[2])
-    sizes = (far, effort, change / (3.0 * period))
+    sizes = (tip_error, effort, change / (3.0 * period))
     total, weights = 0.0, 0.0
     for i in range(3):
-        weights += row.weights[i]
+        weights += record.weights[i]
         if isfinite(sizes[i]):
-            total += row.weights[i] / (1.0 + sizes[i] / row.scales[i])
+            total += record.weights[i] / (1.0 + sizes[i] / record.scales[i])
     return total / weights
 
 
-def tip_distance(row: Any, q: Quaternion, target: Quaternion) -> float:
-    """Distance [mm] between the tool tips at two attitudes."""
-    lever = (row.lever[0], row.lever[1], row.lever[2])
+def tip_distance(record: Any, q: Quaternion, target: Quaternion) -> float:
+    """Compute the distance [mm] between the tool tips at two attitudes."""
+    lever = (record.lever[0], record.lever[1], record.lever[2])
     tip, goal = rotate(q, lever), rotate(target, lever)
     x, y, z = 1000.0 * (tip[0] - goal[0]), 1000.0 * (tip[1] - goal[1]), 1000.0 * (tip[2] - goal[2])
     return sqrt(x * x + y * y + z * z)

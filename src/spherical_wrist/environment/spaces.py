@@ -1,4 +1,4 @@
-"""The spaces of observations and actions, and what else Gymnasium hands in."""
+"""Spaces of observations and actions, and checks of the arguments that Gymnasium passes."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -14,21 +14,21 @@ from spherical_wrist.errors import ParameterError, UnknownNameError
 
 
 def action_space(task: Task) -> Box:
-    """Numbers within ±1, float32 as learners write them; float64 is taken as it is."""
+    """Return the space of actions: numbers within ±1, float32 as is usual. Actions in float64 are not rounded."""
     return Box(-1.0, 1.0, (len(task.actions.names),), np.float32)
 
 
 def observation_space(task: Task) -> Box:
-    """Numbers within their bounds, float64."""
+    """Return the space of observations: float64 numbers within their bounds."""
     high = np.concatenate([BOUNDS, np.ones(len(task.actions.names))])
     return Box(-high, high, dtype=np.float64)
 
 
 def render_mode_of(given: str | None, valid: Sequence[str]) -> str | None:
-    """The way to draw, or none.
+    """Return a valid render mode, or None.
 
     Raises:
-        UnknownNameError: there is no such way.
+        UnknownNameError: the render mode is unknown.
     """
     if given is not None and given not in valid:
         raise UnknownNameError("render_mode", given, valid)
@@ -36,10 +36,10 @@ def render_mode_of(given: str | None, valid: Sequence[str]) -> str | None:
 
 
 def autoreset_mode_of(given: str | AutoresetMode) -> AutoresetMode:
-    """When the next episode begins.
+    """Return the autoreset mode, which determines when the next episode begins.
 
     Raises:
-        UnknownNameError: there is no such mode.
+        UnknownNameError: the mode is unknown.
     """
     try:
         return AutoresetMode(given)
@@ -48,10 +48,10 @@ def autoreset_mode_of(given: str | AutoresetMode) -> AutoresetMode:
 
 
 def seeds_of(seed: Any, count: int) -> list[int | None]:
-    """One seed for each wrist: of a number, it and those after it.
+    """Return one seed for each environment. One number stands for itself and those that follow it.
 
     Raises:
-        ParameterError: there are not as many as wrists.
+        ParameterError: the number of seeds is not the number of environments.
     """
     if seed is None:
         return [None] * count
@@ -59,15 +59,17 @@ def seeds_of(seed: Any, count: int) -> list[int | None]:
         return [int(seed) + i for i in range(count)]
     seeds = list(seed)
     if len(seeds) != count:
-        raise ParameterError(f"seed: a number, or one for each of {count} wrists is needed; {len(seeds)} are given")
+        raise ParameterError(
+            f"seed: a number, or one for each of {count} environments is needed; {len(seeds)} are given"
+        )
     return seeds
 
 
 def mask_of(options: Mapping[str, Any] | None, count: int) -> npt.NDArray[np.bool_]:
-    """Which wrists are reset: those of ``reset_mask``, or all.
+    """Return the mask of environments to reset: ``reset_mask``, or all.
 
     Raises:
-        ParameterError: the mask is no array of booleans for each wrist, or none of them is true.
+        ParameterError: the mask has not one boolean for each environment, or none of them is true.
     """
     mask = (options or {}).get("reset_mask")
     if mask is None:

@@ -1,4 +1,4 @@
-"""What an environment is asked to be, checked: the same for one wrist and for many."""
+"""Task: checked arguments of an environment, the same for one environment and for a vector environment."""
 
 from collections.abc import Mapping, Sequence
 from os import PathLike
@@ -21,16 +21,16 @@ Kind = TypeVar("Kind", bound=Parameters)
 
 
 class Task(NamedTuple):
-    """What episodes have in common.
+    """Settings that all episodes of an environment share.
 
     Attributes:
-        experiment: what every episode starts from, under the law that the loop runs.
-        nominal: the wrist that the controller believes in.
-        actions: how actions become parameters of that law.
-        frame_skip: control periods that an action is held for.
-        randomization: what differs from episode to episode.
-        reward: weights and scales.
-        limits: what ends an episode.
+        experiment: experiment before randomization, with the law that the loop runs.
+        nominal: nominal wrist.
+        actions: mapping from actions to parameters of that law.
+        frame_skip: number of control periods for which an action is held.
+        randomization: distributions of the parameters that differ between episodes.
+        reward: weights and scales of the reward.
+        limits: thresholds that terminate an episode early.
     """
 
     experiment: Experiment
@@ -53,25 +53,25 @@ class Task(NamedTuple):
         gains: Sequence[str] | None = None,
         gain_factor: float = 4.0,
     ) -> Self:
-        """Checks the arguments of an environment; see :class:`spherical_wrist.environment.track.TrackEnv`.
+        """Check the arguments of an environment; see :class:`spherical_wrist.environment.track.TrackEnv`.
 
         Raises:
-            WristError: one of them is not valid; in one line.
+            WristError: an argument is not valid; in one line.
         """
         given = _experiment(experiment)
         nominal = given.nominal()
         given.timing(nominal)
-        counted("frame_skip", frame_skip)
+        check_count("frame_skip", frame_skip)
         actions = Actions.of(action, given.law, nominal, gains, gain_factor)
-        pay, limits = _table("reward", Reward, reward), _table("terminate_beyond", Limits, terminate_beyond)
-        if not pay.tip + pay.effort + pay.chattering > 0.0:
+        weights, limits = _table("reward", Reward, reward), _table("terminate_beyond", Limits, terminate_beyond)
+        if not weights.tip + weights.effort + weights.chattering > 0.0:
             raise ParameterError("reward: one of the weights tip, effort and chattering must be positive")
-        played = given.replaced(law=actions.law)
-        differing = Randomization.of(randomize, played, nominal)
-        return cls(played, nominal, actions, int(frame_skip), differing, pay, limits)
+        base = given.replaced(law=actions.law)
+        randomization = Randomization.of(randomize, base, nominal)
+        return cls(base, nominal, actions, int(frame_skip), randomization, weights, limits)
 
     def episode(self, random: np.random.Generator) -> tuple[Experiment, dict[str, Any]]:
-        """The experiment of the next episode, and what was drawn for it by name."""
+        """Draw the experiment of the next episode. Return it with the drawn values by dotted name."""
         values = self.randomization.draw(random)
         return (changed(self.experiment, values) if values else self.experiment), values
 
@@ -82,15 +82,15 @@ class Task(NamedTuple):
 
     @property
     def observation_units(self) -> tuple[str, ...]:
-        """Their units."""
+        """Units of the numbers of an observation."""
         return (*UNITS, *("" for _ in self.actions.names))
 
 
-def counted(name: str, given: Any) -> None:
-    """Refuses what is no number of things.
+def check_count(name: str, given: Any) -> None:
+    """Check that an argument is a positive integer.
 
     Raises:
-        ParameterError: it is not a whole number, or less than 1.
+        ParameterError: it is not an integer, or less than 1.
     """
     if isinstance(given, bool) or not isinstance(given, int | np.integer) or given < 1:
         raise ParameterError(f"{name} = {given!r}: must be a whole number, 1 or more")

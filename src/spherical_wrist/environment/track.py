@@ -1,4 +1,4 @@
-"""The environment with one wrist."""
+"""Environment with one wrist."""
 
 from collections.abc import Mapping, Sequence
 from os import PathLike
@@ -11,10 +11,10 @@ from gymnasium.error import ResetNeeded
 from gymnasium.spaces import Space
 from gymnasium.utils import EzPickle
 
-from spherical_wrist.environment.fleet import Fleet
+from spherical_wrist.environment.episode_batch import EpisodeBatch
+from spherical_wrist.environment.rendering import EnvironmentRenderer
 from spherical_wrist.environment.spaces import action_space, observation_space, render_mode_of
 from spherical_wrist.environment.task import Task
-from spherical_wrist.environment.view import View
 from spherical_wrist.experiment.description import Experiment
 
 Array = npt.NDArray[np.float64]
@@ -23,38 +23,38 @@ RENDER_MODES = ["rgb_array"]
 
 
 class TrackEnv(gymnasium.Env[npt.NDArray[Any], npt.NDArray[Any]], EzPickle):
-    """Follow a reference: an agent in the place of the control law.
+    """Environment in which an agent follows a reference, in place of the control law.
 
-    An episode is an experiment: it lasts its ``duration``, at whose end it is truncated, and it is terminated where the
-    wrist diverges or goes beyond a limit. Every control period of it goes through the loop of ``simulate``: with
-    ``action="gains"`` and an action of zeros throughout, an episode is ``simulate(env.unwrapped.experiment)`` bit for
-    bit. The same seed and the same actions give the same bits.
+    An episode is an experiment. It is truncated at the end of the experiment's ``duration``, and terminated if the
+    wrist diverges or exceeds a limit. It runs through the same loop as ``simulate``: with ``action="gains"`` and
+    actions of zeros, an episode is bit for bit ``simulate(env.unwrapped.experiment)``. The same seed and the same
+    actions give the same bits.
 
-    ``info`` has the ``time`` [s] and, of the true wrist, the ``error`` [rad] and ``rate_error`` [rad/s] in the body
-    frame, the ``tip_error_mm``, and the ``torque`` that the motors delivered in the last control period [N·m]. At the
-    beginning of an episode it has what was ``randomized``, if anything was; at its end its ``metrics`` by name, those
-    of ``simulate`` but for what is None, the ``outcome`` (``completed``, ``diverged`` or
-    ``out_of_bounds``), and the ``reason`` for the latter two.
+    ``info`` has the ``time`` [s], the true ``error`` [rad] and ``rate_error`` [rad/s] in the body frame, the true
+    ``tip_error_mm``, and the ``torque`` [N·m] that the motors delivered in the last control period. After ``reset`` it
+    also has the ``randomized`` values, if there are any. At the end of an episode it also has the ``metrics`` by name,
+    as ``simulate`` computes them, without those that are None; the ``outcome`` (``completed``, ``diverged`` or
+    ``out_of_bounds``); and the ``reason`` for the latter two.
 
     Args:
-        experiment: an experiment, a table of its values, or an experiment file; the default one where none is given.
-            Its law is the one whose gains are set.
+        experiment: experiment, table of its values, or experiment file; by default the default experiment. With
+            ``action="gains"``, the actions set the gains of its law.
         action: ``"torque"`` or ``"gains"``; see :mod:`spherical_wrist.environment.action`.
-        frame_skip: control periods that an action is held for.
-        randomize: ranges of parameters that are drawn anew for every episode, by dotted name; see
-            :meth:`spherical_wrist.environment.randomize.Randomization.of`. Where nothing is given all episodes are the
-            same experiment, noise of the sensors included: draw the ``seed`` for noise that differs.
+        frame_skip: number of control periods for which an action is held.
+        randomize: distributions from which parameters are drawn for every episode, by dotted name; see
+            :meth:`spherical_wrist.environment.randomize.Randomization.of`. By default all episodes are the same
+            experiment with the same sensor noise: randomize the ``seed`` for different noise.
         reward: weights and scales; see :mod:`spherical_wrist.environment.reward`.
-        terminate_beyond: ``tip_error_mm`` and ``error_rad``, true errors at which an episode ends.
-        gains: names of the gains that are set; all of them where nothing is given.
-        gain_factor: the largest that a gain is multiplied or divided by.
-        render_mode: ``"rgb_array"`` for pictures by :meth:`render`, which need OpenGL but no screen.
+        terminate_beyond: ``tip_error_mm`` and ``error_rad``, limits of the true errors that terminate an episode.
+        gains: names of the gains that the actions set; by default all.
+        gain_factor: largest factor by which a gain is multiplied or divided.
+        render_mode: ``"rgb_array"`` for images by :meth:`render`, which need OpenGL but no display.
 
     Attributes:
         observation_names: names of the numbers of an observation; see :mod:`spherical_wrist.environment.observation`.
-        observation_units: their units.
+        observation_units: units of the numbers of an observation.
         action_names: names of the numbers of an action.
-        experiment: that of the present episode.
+        experiment: experiment of the present episode.
 
     Raises:
         WristError: an argument is not valid; in one line.
@@ -78,10 +78,10 @@ class TrackEnv(gymnasium.Env[npt.NDArray[Any], npt.NDArray[Any]], EzPickle):
         EzPickle.__init__(self, *given, render_mode)
         self._task = Task.of(*given)
         self.render_mode = render_mode_of(render_mode, RENDER_MODES)
-        frame = self._task.frame_skip * self._task.experiment.control_period
-        self.metadata = {**self.metadata, "render_fps": 1.0 / frame}
-        self._view = View(self._task.nominal)
-        self._fleet = Fleet(self._task, 1)
+        step = self._task.frame_skip * self._task.experiment.control_period
+        self.metadata = {**self.metadata, "render_fps": 1.0 / step}
+        self._renderer = EnvironmentRenderer(self._task.nominal)
+        self._batch = EpisodeBatch(self._task, 1)
         self.action_space: Space[npt.NDArray[Any]] = action_space(self._task)
         self.observation_space: Space[npt.NDArray[Any]] = observation_space(self._task)
         self.observation_names, self.observation_units = self._task.observation_names, self._task.observation_units
@@ -90,50 +90,50 @@ class TrackEnv(gymnasium.Env[npt.NDArray[Any], npt.NDArray[Any]], EzPickle):
         self._over = True
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Array, dict[str, Any]]:
-        """Begins an episode; there are no options.
+        """Begin an episode. There are no options.
 
         Raises:
-            WristError: what was drawn makes no experiment that can be run.
+            WristError: the drawn values give no valid experiment.
         """
         super().reset(seed=seed)
         self.experiment, drawn = self._task.episode(self.np_random)
-        fleet = self._fleet
-        fleet.begin({0: self.experiment})
+        batch = self._batch
+        batch.reset({0: self.experiment})
         self._over = False
-        return fleet.observations[0].copy(), fleet.info(0) | ({"randomized": drawn} if drawn else {})
+        return batch.observations[0].copy(), batch.info(0) | ({"randomized": drawn} if drawn else {})
 
     def step(self, action: npt.NDArray[Any]) -> tuple[Array, float, bool, bool, dict[str, Any]]:
-        """Holds an action for a frame.
+        """Hold an action for ``frame_skip`` control periods.
 
         Raises:
-            ResetNeeded: the episode is over, or has not begun.
-            ParameterError: the action has another shape, or is not finite.
+            ResetNeeded: the episode has ended, or has not begun.
+            ParameterError: the action has a wrong shape, or is not finite.
             LawError: the law raises, or writes a torque that is not finite.
         """
         if self._over:
-            raise ResetNeeded("there is no episode, or it is over: call reset() first")
-        fleet = self._fleet
-        fleet.play(np.asarray(action)[None])
-        result, info = fleet.results[0], fleet.info(0)
-        self._over = 0 in fleet.infos
+            raise ResetNeeded("the episode has ended, or has not begun: call reset() first")
+        batch = self._batch
+        batch.step(np.asarray(action)[None])
+        result, info = batch.results[0], batch.info(0)
+        self._over = 0 in batch.infos
         ends = bool(result["terminated"]), bool(result["truncated"])
-        return fleet.observations[0].copy(), float(result["reward"]), *ends, info | fleet.infos.get(0, {})
+        return batch.observations[0].copy(), float(result["reward"]), *ends, info | batch.infos.get(0, {})
 
     def render(self) -> Any:
-        """A picture (480, 640, 3) of the wrist now, with a ghost where it is to be; None without a render mode.
+        """Render an image (480, 640, 3) of the wrist, with a ghost at the desired attitude; None without a render mode.
 
         Raises:
             ResetNeeded: no episode has begun.
-            FilmError: there is no OpenGL here.
+            FilmError: OpenGL is not available.
         """
         if self.render_mode is None:
             return None
-        if not self._fleet.episodes:
-            raise ResetNeeded("there is nothing to see yet: call reset() first")
-        attitude = self._fleet.episodes[0].loop.parts.plant.qpos
-        return self._view.picture(attitude.copy(), self._fleet.info(0)["error"])
+        if not self._batch.episodes:
+            raise ResetNeeded("no episode has begun: call reset() first")
+        attitude = self._batch.episodes[0].loop.parts.plant.qpos
+        return self._renderer.render(attitude.copy(), self._batch.info(0)["error"])
 
     def close(self) -> None:
-        """Ends what the environment has running."""
-        self._view.close()
-        self._fleet.close()
+        """Stop the threads, and free the renderer."""
+        self._renderer.close()
+        self._batch.close()

@@ -1,4 +1,4 @@
-"""The environment with many wrists, stepped together in compiled code."""
+"""Vector environment: many wrists, stepped together in compiled code."""
 
 from collections.abc import Mapping, Sequence
 from os import PathLike
@@ -11,7 +11,7 @@ from gymnasium.utils import EzPickle, seeding
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
-from spherical_wrist.environment.fleet import Fleet
+from spherical_wrist.environment.episode_batch import EpisodeBatch
 from spherical_wrist.environment.spaces import (
     action_space,
     autoreset_mode_of,
@@ -24,37 +24,36 @@ from spherical_wrist.environment.task import Task
 from spherical_wrist.experiment.description import Experiment
 
 Array = npt.NDArray[np.float64]
-Truths = npt.NDArray[np.bool_]
+BoolArray = npt.NDArray[np.bool_]
 
 
 class TrackVectorEnv(VectorEnv[Array, npt.NDArray[Any], npt.NDArray[Any]], EzPickle):
-    """Many wrists that follow a reference; each is a :class:`spherical_wrist.environment.track.TrackEnv`.
+    """Vector environment of many :class:`spherical_wrist.environment.track.TrackEnv`.
 
-    Given the same seeds and actions, wrist i goes through the same bits as the i-th of a ``SyncVectorEnv``, and
-    observations, rewards and infos are those that it would give. A step is one call of compiled code, however many
-    wrists there are.
+    With the same seeds and actions, environment i gives bit for bit the observations, rewards and infos of the i-th
+    environment of a ``SyncVectorEnv``. A step is one call of compiled code for any number of environments.
 
     Args:
-        num_envs: how many.
-        autoreset_mode: when a wrist whose episode is over begins the next one: ``"NextStep"``, in the step after, whose
-            action does not count; ``"SameStep"``, at once, with the last observation and info in ``final_obs`` and
-            ``final_info``; or ``"Disabled"``, by ``reset`` with ``options={"reset_mask": …}``.
-        threads: that share the wrists; worth it from some hundred control periods a step on.
-        experiment: this and all that follows as for one wrist.
-        action: see there.
-        frame_skip: see there.
-        randomize: see there.
-        reward: see there.
-        terminate_beyond: see there.
-        gains: see there.
-        gain_factor: see there.
-        render_mode: None: pictures are a single wrist's.
+        num_envs: number of environments.
+        autoreset_mode: time at which the next episode begins after the end of one. ``"NextStep"``: in the next step,
+            whose action is ignored. ``"SameStep"``: in the same step, with the last observation and info in
+            ``final_obs`` and ``final_info``. ``"Disabled"``: at a ``reset`` with ``options={"reset_mask": …}``.
+        threads: number of threads; more than one helps from a few hundred control periods per step on.
+        experiment: see ``TrackEnv``.
+        action: see ``TrackEnv``.
+        frame_skip: see ``TrackEnv``.
+        randomize: see ``TrackEnv``.
+        reward: see ``TrackEnv``.
+        terminate_beyond: see ``TrackEnv``.
+        gains: see ``TrackEnv``.
+        gain_factor: see ``TrackEnv``.
+        render_mode: None, the only mode: only a single ``TrackEnv`` renders.
 
     Attributes:
         observation_names: names of the numbers of an observation.
-        observation_units: their units.
+        observation_units: units of the numbers of an observation.
         action_names: names of the numbers of an action.
-        experiments: those of the present episodes.
+        experiments: experiments of the present episodes.
 
     Raises:
         WristError: an argument is not valid; in one line.
@@ -81,7 +80,7 @@ class TrackVectorEnv(VectorEnv[Array, npt.NDArray[Any], npt.NDArray[Any]], EzPic
         render_mode_of(render_mode, [])
         self._mode = autoreset_mode_of(autoreset_mode)
         self.metadata = {"render_modes": [], "autoreset_mode": self._mode}
-        self._fleet = Fleet(self._task, num_envs, threads)
+        self._batch = EpisodeBatch(self._task, num_envs, threads)
         self.num_envs = num_envs
         self.single_action_space, self.single_observation_space = (
             action_space(self._task),
@@ -98,15 +97,15 @@ class TrackVectorEnv(VectorEnv[Array, npt.NDArray[Any], npt.NDArray[Any]], EzPic
     def reset(
         self, *, seed: int | list[int | None] | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Array, dict[str, Any]]:
-        """Begins an episode on every wrist, or on those of ``options["reset_mask"]``, an array of booleans.
+        """Begin an episode in every environment, or in those of ``options["reset_mask"]``, an array of booleans.
 
         Args:
-            seed: of the first wrist, the next ones having the numbers after it; or one of each.
-            options: see above.
+            seed: seed of the first environment, whose successors seed the others; or a list with one for each.
+            options: ``reset_mask``, or nothing.
 
         Raises:
-            ParameterError: there are not as many seeds as wrists, or the mask is none.
-            WristError: what was drawn makes no experiment that can be run.
+            ParameterError: the number of seeds is not ``num_envs``, or the mask is not valid.
+            WristError: the drawn values give no valid experiment.
         """
         mask = mask_of(options, self.num_envs)
         for i, each in enumerate(seeds_of(seed, self.num_envs)):
@@ -114,57 +113,57 @@ class TrackVectorEnv(VectorEnv[Array, npt.NDArray[Any], npt.NDArray[Any]], EzPic
                 self._generators[i] = seeding.np_random(each)[0]
         drawn = self._begin(mask)
         self._over &= ~mask
-        return self._fleet.observations.copy(), self._told(drawn, mask)
+        return self._batch.observations.copy(), self._merged_infos(drawn, mask)
 
-    def step(self, actions: npt.NDArray[Any]) -> tuple[Array, Array, Truths, Truths, dict[str, Any]]:
-        """Holds an action (n, k) on each wrist for a frame.
+    def step(self, actions: npt.NDArray[Any]) -> tuple[Array, Array, BoolArray, BoolArray, dict[str, Any]]:
+        """Hold an action in each environment, of actions (n, k), for ``frame_skip`` control periods.
 
         Raises:
-            ResetNeeded: there are no episodes yet, or, where the next ones are not begun by themselves, one is over.
-            ParameterError: the actions have another shape, or are not finite.
+            ResetNeeded: an episode has not begun; or one has ended, and the autoreset mode is ``"Disabled"``.
+            ParameterError: the actions have a wrong shape, or are not finite.
             LawError: the law raises, or writes a torque that is not finite.
         """
-        fleet, over = self._fleet, self._over
-        if len(fleet.episodes) < self.num_envs or (self._mode is AutoresetMode.DISABLED and over.any()):
-            raise ResetNeeded("an episode has not begun, or is over: call reset() first")
-        fleet.play(actions, over if over.any() else None)
-        rewards = np.where(over, 0.0, fleet.results["reward"])
-        terminated, truncated = fleet.results["terminated"].copy(), fleet.results["truncated"].copy()
+        batch, over = self._batch, self._over
+        if len(batch.episodes) < self.num_envs or (self._mode is AutoresetMode.DISABLED and over.any()):
+            raise ResetNeeded("an episode has ended, or has not begun: call reset() first")
+        batch.step(actions, over if over.any() else None)
+        rewards = np.where(over, 0.0, batch.results["reward"])
+        terminated, truncated = batch.results["terminated"].copy(), batch.results["truncated"].copy()
         ended = terminated | truncated
-        told, again = dict(fleet.infos), over
+        infos, to_reset = dict(batch.infos), over
         if self._mode is AutoresetMode.SAME_STEP:
-            told, again = {seat: self._final(seat) for seat in fleet.infos}, ended
-        for seat, drawn in self._begin(again).items():
-            told[seat] = told.get(seat, {}) | drawn
-        self._over = ended & ~again
-        return fleet.observations.copy(), rewards, terminated, truncated, self._told(told)
+            infos, to_reset = {index: self._final_info(index) for index in batch.infos}, ended
+        for index, drawn in self._begin(to_reset).items():
+            infos[index] = infos.get(index, {}) | drawn
+        self._over = ended & ~to_reset
+        return batch.observations.copy(), rewards, terminated, truncated, self._merged_infos(infos)
 
-    def _begin(self, mask: Truths) -> dict[int, dict[str, Any]]:
-        """Begins episodes; what was drawn for them, as infos."""
+    def _begin(self, mask: BoolArray) -> dict[int, dict[str, Any]]:
+        """Begin episodes in the environments of a mask. Return the drawn values as infos, by index."""
         if not mask.any():
             return {}
-        found = {seat: self._task.episode(self._generators[seat]) for seat in map(int, np.flatnonzero(mask))}
-        self._fleet.begin({seat: experiment for seat, (experiment, _) in found.items()})
-        for seat, (experiment, _) in found.items():
-            self.experiments[seat] = experiment
-        return {seat: {"randomized": drawn} for seat, (_, drawn) in found.items() if drawn}
+        begun = {index: self._task.episode(self._generators[index]) for index in map(int, np.flatnonzero(mask))}
+        self._batch.reset({index: experiment for index, (experiment, _) in begun.items()})
+        for index, (experiment, _) in begun.items():
+            self.experiments[index] = experiment
+        return {index: {"randomized": drawn} for index, (_, drawn) in begun.items() if drawn}
 
-    def _final(self, seat: int) -> dict[str, Any]:
-        """What is told of an episode in the step in which the next one begins."""
-        info = self._fleet.info(seat) | self._fleet.infos[seat]
-        return {"final_obs": self._fleet.observations[seat].copy(), "final_info": info}
+    def _final_info(self, index: int) -> dict[str, Any]:
+        """Return the last observation and info of an episode, for the step in which the next one begins."""
+        info = self._batch.info(index) | self._batch.infos[index]
+        return {"final_obs": self._batch.observations[index].copy(), "final_info": info}
 
-    def _told(self, of_some: Mapping[int, dict[str, Any]], mask: Truths | None = None) -> dict[str, Any]:
-        """Infos of all wrists, or of those of a mask, and what is told of some of them besides."""
-        every = np.ones(self.num_envs, dtype=np.bool_) if mask is None else mask
+    def _merged_infos(self, extra: Mapping[int, dict[str, Any]], mask: BoolArray | None = None) -> dict[str, Any]:
+        """Return the infos of the environments of a mask, or of all, with extra infos of some of them, by index."""
+        shown = np.ones(self.num_envs, dtype=np.bool_) if mask is None else mask
         infos: dict[str, Any] = {}
-        for name, value in self._fleet.truth.items():
-            infos[name] = np.where(every.reshape(-1, *[1] * (value.ndim - 1)), value, 0.0)
-            infos[f"_{name}"] = every.copy()
-        for seat in sorted(of_some):
-            infos = self._add_info(infos, of_some[seat], seat)
+        for name, value in self._batch.batched_info.items():
+            infos[name] = np.where(shown.reshape(-1, *[1] * (value.ndim - 1)), value, 0.0)
+            infos[f"_{name}"] = shown.copy()
+        for index in sorted(extra):
+            infos = self._add_info(infos, extra[index], index)
         return infos
 
     def close_extras(self, **_: Any) -> None:
-        """Ends the threads."""
-        self._fleet.close()
+        """Stop the threads."""
+        self._batch.close()

@@ -1,1 +1,1 @@
-"""Experiments, the runs that come out of them, and their recordings."""
+"""Experiments: descriptions of runs, validated and frozen, as Python, TOML or a command."""

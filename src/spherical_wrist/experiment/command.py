@@ -1,6 +1,5 @@
-"""The ``wrist run`` command that makes an experiment, and the settings that it is made of."""
+"""The ``wrist run`` command that makes an experiment, and reading of its settings."""
 
-import json
 import re
 import shlex
 import sys
@@ -11,41 +10,25 @@ from typing import Any
 
 from spherical_wrist.control import Law
 from spherical_wrist.errors import ParameterError
-from spherical_wrist.experiment.description import Experiment
+from spherical_wrist.experiment.description import Experiment, toml
+from spherical_wrist.experiment.options import FLAGS
 from spherical_wrist.experiment.presets import HARDWARE
 from spherical_wrist.parameters import Member, Parameters
 from spherical_wrist.reference import Reference
 
-OPTIONS = {
-    "law": "--law",
-    "reference": "--reference",
-    "disturbance": "--disturbance-shape",
-    "disturbance.level": "--disturbance",
-    "mass_scale": "--mass-scale",
-    "payload": "--payload",
-    "duration": "--duration",
-    "control_period": "--control-period",
-    "seed": "--seed",
-    "model": "--model",
-    "joint": "--joint",
-    "motors": "--motors",
-    "tip": "--tip",
-}
-"""Parameters that have an option of their own; the rest go through ``--set``."""
-
 BARE = re.compile(r"(?!(?:true|false|inf|nan)$)[A-Za-z_/][\w./-]*", re.ASCII)
-"""Strings that ``--set`` takes as they are; others need quotes."""
+"""Strings that ``--set`` takes without quotes."""
 
 
 def command_of(experiment: Experiment, law: str | None = None) -> str:
-    """The shortest ``wrist run`` command that makes an experiment, for a POSIX shell.
+    """Return the shortest ``wrist run`` command that makes an experiment, for a POSIX shell.
 
-    Only what differs from the defaults is in it. Typed in any folder, it makes an equal experiment; of a law from a
-    file, the same class loaded from there.
+    The command contains only what differs from the defaults. In any folder it makes an equal experiment; a law from a
+    file is loaded from that file again.
 
     Args:
         experiment: the experiment.
-        law: what ``--law`` shall say; :func:`law_address` of its law where nothing is given.
+        law: value of ``--law``; None for :func:`law_address` of its law.
 
     Raises:
         ParameterError: a part of the experiment has no name on the command line, such as a law that is defined inside
@@ -55,7 +38,7 @@ def command_of(experiment: Experiment, law: str | None = None) -> str:
 
 
 def law_address(law: type[Law]) -> str:
-    """What ``--law`` takes for a law: its name, or ``path/to/file.py:Name`` for one that the package does not define.
+    """Return the value of ``--law`` for a law: its name, or ``path/to/file.py:Name`` for a user's own.
 
     Raises:
         ParameterError: the law is not at the top level of a Python file.
@@ -74,7 +57,7 @@ def law_address(law: type[Law]) -> str:
 
 
 def read_settings(texts: Iterable[str]) -> dict[str, Any]:
-    """What ``--set`` takes: ``name=value`` texts as values by dotted name; a value is TOML, and a bare word a string.
+    """Read ``name=value`` texts of ``--set`` as values keyed by dotted name; a value is TOML, or a bare word.
 
     Raises:
         ParameterError: a text is not of this form.
@@ -108,7 +91,7 @@ def _words(experiment: Experiment, hardware: str | None, law: str | None) -> Ite
 
 
 def _member(field: str, value: Member, usual: Member, address: str | None) -> Iterator[str]:
-    """The name where it is another one, then the parameters that are not those of the standard member of that name."""
+    """Yield the words for a part: its name if it differs, then the parameters that differ from that member's own."""
     standard: dict[str, Any] = dict(usual)
     if type(value) is not type(usual):
         required = {name: getattr(value, name) for name, info in type(value).model_fields.items() if info.is_required()}
@@ -135,7 +118,7 @@ def _address(member: Member) -> str:
 
 
 def _shortest(owner: Parameters, name: str) -> Any:
-    """The value of a parameter as plain data: one number for three equal ones, where that is taken for them."""
+    """Return a parameter as plain data, with three equal numbers as one if the parameter accepts that."""
     value = owner.model_dump(mode="json")[name]
     if isinstance(value, list) and len(value) == 3 and value[0] == value[1] == value[2]:
         try:
@@ -150,22 +133,9 @@ def _setting(name: str, value: Any) -> Iterator[str]:
     if value is None:
         raise ParameterError(f"{name} = None cannot be written on the command line: leave it at its default")
     if name == "motors":
-        yield from (OPTIONS[name], ",".join(value))
-    elif name in OPTIONS:
-        yield from (OPTIONS[name], value if isinstance(value, str) else _toml(value))
+        yield from (FLAGS[name], ",".join(value))
+    elif name in FLAGS:
+        yield from (FLAGS[name], value if isinstance(value, str) else toml(value))
     else:
         bare = isinstance(value, str) and BARE.fullmatch(value)
-        yield from ("--set", f"{name}={value if bare else _toml(value)}")
-
-
-def _toml(value: Any) -> str:
-    """A value in TOML."""
-    if isinstance(value, bool):
-        return str(value).lower()
-    if isinstance(value, float):
-        return str(int(value)) if value.is_integer() and abs(value) < 1e6 else repr(value)
-    if isinstance(value, str):
-        return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
-    if isinstance(value, list):
-        return "[" + ",".join(_toml(entry) for entry in value) + "]"
-    return str(value)
+        yield from ("--set", f"{name}={value if bare else toml(value)}")

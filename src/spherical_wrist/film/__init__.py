@@ -2,6 +2,6 @@
 
 from spherical_wrist.film.errors import FilmError
 from spherical_wrist.film.film import Film, render_film, render_picture
-from spherical_wrist.film.shot import Shot
+from spherical_wrist.film.settings import FilmSettings
 
-__all__ = ["Film", "FilmError", "Shot", "render_film", "render_picture"]
+__all__ = ["Film", "FilmError", "FilmSettings", "render_film", "render_picture"]

@@ -1,37 +1,38 @@
-"""From where a film is taken."""
+"""Cameras of films."""
 
 import mujoco
 
 from spherical_wrist.errors import UnknownNameError
 
 USUAL, FREE = "overview", "free"
-"""The camera that a film is taken from where a model has it, and the one that MuJoCo frames the model with."""
+"""Names of the default camera, and of the free camera with which MuJoCo frames the model."""
 
 UNSET, VIEW = (90.0, -45.0), (127.0, -7.0)
-"""Azimuth and elevation [°] of the free camera of models that do not say, MuJoCo's own and those taken here: seen from
-above, what holds a wrist would hide its tool.
+"""Azimuth and elevation [°] of the free camera of models that set none: MuJoCo's, and those used here.
+
+Seen from above, the holder of a wrist would hide its tool.
 """
 
 STEP_BACK = 1.2
-"""MuJoCo's free camera stands where a model just fits in, which leaves no room for a tool that moves."""
+"""Factor on the distance of MuJoCo's free camera, at which the model just fits in: a tool that moves needs room."""
 
 LEAST_ASPECT = 1.0
-"""What cameras of a model show is given by the height of the picture: a narrower one would cut off the sides."""
+"""Width over height below which a camera is widened: its angle is vertical, and the sides would be cut off."""
 
 
 def camera_names(model: mujoco.MjModel) -> list[str]:
-    """The names of a model's cameras, and that of the free one."""
+    """Return the names of a model's cameras, and that of the free one."""
     named = (mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_CAMERA, camera) for camera in range(model.ncam))
     return [*(name for name in named if name), FREE]
 
 
-def usual_camera(model: mujoco.MjModel) -> str:
-    """The camera to take where none is asked for."""
+def default_camera(model: mujoco.MjModel) -> str:
+    """Return the name of the camera used by default."""
     return USUAL if USUAL in camera_names(model) else FREE
 
 
 def find_camera(model: mujoco.MjModel, name: str) -> mujoco.MjvCamera:
-    """A camera of a model by name; the one called ``free`` looks at the middle of the model from where it fits in.
+    """Return a camera of a model by name; ``free`` looks at the middle of the model, which fits in.
 
     Raises:
         UnknownNameError: the model has no such camera.
@@ -51,7 +52,7 @@ def find_camera(model: mujoco.MjModel, name: str) -> mujoco.MjvCamera:
 
 
 def widen(camera: mujoco.MjvGLCamera, aspect: float) -> None:
-    """Opens a camera so far that a picture that is narrower than square shows as much to the sides as a square one.
+    """Widen a camera so that a picture narrower than square shows as much to the sides as a square one.
 
     Args:
         camera: of a scene that has been updated.

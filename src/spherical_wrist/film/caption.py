@@ -1,4 +1,4 @@
-"""The caption of a picture: what is shown, and two figures that go with the time."""
+"""Captions of pictures: a title, a legend, the time and the tip error."""
 
 from math import floor, log10
 from pathlib import Path
@@ -15,22 +15,22 @@ Colour = tuple[int, int, int]
 
 BACK, TEXT, DIM = (24, 28, 35, 205), (255, 255, 255, 255), (178, 186, 198, 255)
 EM, LEAST_EM = 1.0 / 38.0, 11.0
-"""Size of the text: in heights of the picture (of 16:9, where it is narrower), and at least, in pixels."""
+"""Size of the text in heights of the picture (of 16:9, if it is narrower), and its minimum in pixels."""
 
 SMOOTH = 4
-"""Corners and dots are drawn so many times larger, and then made smaller."""
+"""Factor of supersampling of corners and dots."""
 
 
 class Style(NamedTuple):
-    """What a caption says all along.
+    """Parts of a caption that stay the same.
 
     Attributes:
         title: upper line.
         subtitle: line below it.
-        legend: name and colour of what is to be told apart.
-        speed: of the film; said only where it is not 1.
-        largest_error: largest tip error that will be shown [m]; it decides on the decimals.
-        time_decimals: of the time.
+        legend: names and colours.
+        speed: of the film; shown unless it is 1.
+        largest_error: largest tip error shown [m], which sets the decimals.
+        time_decimals: decimals of the time.
     """
 
     title: str
@@ -46,7 +46,7 @@ class Caption:
 
     Args:
         size: width and height of the pictures [px].
-        style: what stays the same.
+        style: the parts that stay the same.
     """
 
     def __init__(self, size: tuple[int, int], style: Style) -> None:
@@ -76,7 +76,7 @@ class Caption:
         self._place = (slice(size[1] - pad - panel.height, size[1] - pad), slice(pad, pad + width))
 
     def write(self, picture: Picture, time: float, error: float) -> None:
-        """Writes into a picture, which is changed.
+        """Write the caption into a picture, in place.
 
         Args:
             picture: of the caption's size.
@@ -98,13 +98,13 @@ class Caption:
 
 
 def in_mm(distance: float, largest: float) -> str:
-    """A distance [m] in mm, with as many decimals as give the largest one three digits: so figures do not jump."""
+    """Format a distance [m] in mm, with the decimals that give the largest one three digits: figures do not jump."""
     decimals = 2 - floor(log10(1e3 * largest)) if largest > 0.0 else 2
     return f"{1e3 * distance:.{min(max(decimals, 0), 9)}f} mm"
 
 
 def _font(name: str, size: float, text: str = "", room: float = 0.0) -> FreeTypeFont:
-    """A font that comes with Matplotlib, as large as asked for, or so small that a text finds room [px]."""
+    """Load a font that comes with Matplotlib, of a size [px] or smaller so that a text fits into the room [px]."""
     file = Path(mpl.get_data_path()) / "fonts" / "ttf" / f"{name}.ttf"
     font = truetype(file, size)
     length = font.getlength(text)
@@ -121,7 +121,7 @@ def _rounded(size: tuple[int, int], radius: float) -> Image.Image:
 
 
 def _legend(entries: tuple[tuple[str, Colour], ...], font: FreeTypeFont, em: float) -> Image.Image:
-    """A dot and a name for every entry, in a row."""
+    """Draw a dot and a name for every entry, in a row."""
     dot, gap = round(0.55 * em), round(0.45 * em)
     widths = [dot + gap + round(font.getlength(name)) + round(1.2 * em) for name, _ in entries]
     row = Image.new("RGBA", (max(1, sum(widths)), round(1.1 * em)))

@@ -1,4 +1,4 @@
-"""What can go wrong with a film."""
+"""Errors of films."""
 
 from spherical_wrist.errors import WristError
 

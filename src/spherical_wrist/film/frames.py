@@ -1,58 +1,60 @@
-"""The pictures of a run, one for any instant."""
+"""Pictures of a run at any instant."""
 
 from typing import Self
 
 import numpy as np
 
-from spherical_wrist.experiment.run import Run
-from spherical_wrist.film.camera import usual_camera
+from spherical_wrist.film.camera import default_camera
 from spherical_wrist.film.caption import Caption, Colour, Style
 from spherical_wrist.film.motion import Array, Motion
 from spherical_wrist.film.opengl import Picture
-from spherical_wrist.film.shot import Shot
-from spherical_wrist.film.stage import Stage, Trail
+from spherical_wrist.film.scene import SceneRenderer, Trail
+from spherical_wrist.film.settings import FilmSettings
 from spherical_wrist.kinematics import tip_position
+from spherical_wrist.simulation.run import Run
 from spherical_wrist.wrist import Wrist
 
 ACTUAL, DESIRED = (255, 130, 20), (20, 190, 110)
-"""Colours as in a recording's scene, darker: a model's backdrop may be bright."""
+"""Colours as in the scene of a recording, darker: the backdrop of a model may be bright."""
 
 TRAIL, TRAIL_STEP = 1.5, 0.01
-"""Length of the trails, and of the pieces that they are made of [s]."""
+"""Length of the trails, and of their pieces [s]."""
 
 
 class Frames:
-    """The pictures of a run. A context manager, since rendering holds resources.
+    """Pictures of a run. A context manager: rendering holds an OpenGL context.
 
     Args:
-        run: what is shown.
+        run: the run.
         wrist: its plant.
         motion: of the run.
-        shot: how it is shown.
+        settings: of the film.
 
     Raises:
         UnknownNameError: it has no such camera.
-        FilmError: nothing can be rendered here.
+        FilmError: there is no OpenGL here.
     """
 
-    def __init__(self, run: Run, wrist: Wrist, motion: Motion, shot: Shot) -> None:
+    def __init__(self, run: Run, wrist: Wrist, motion: Motion, settings: FilmSettings) -> None:
         self._wrist = wrist
-        self._motion, self._ghost = motion, shot.ghost
-        self.camera = shot.camera if shot.camera is not None else usual_camera(self._wrist.model)
-        self._caption = Caption(shot.size, _style(run, motion, shot))
-        self._stage = Stage(self._wrist, shot.size, self.camera, _share(DESIRED) if shot.ghost else None)
+        self._motion, self._ghost = motion, settings.ghost
+        self.camera = settings.camera if settings.camera is not None else default_camera(self._wrist.model)
+        self._caption = Caption(settings.size, _style(run, motion, settings))
+        self._renderer = SceneRenderer(
+            self._wrist, settings.size, self.camera, _share(DESIRED) if settings.ghost else None
+        )
 
     def __enter__(self) -> Self:
-        """The frames themselves."""
-        self._stage.__enter__()
+        """Return the frames."""
+        self._renderer.__enter__()
         return self
 
     def __exit__(self, *_: object) -> None:
-        """Frees what rendering holds."""
-        self._stage.__exit__()
+        """Free the OpenGL context."""
+        self._renderer.__exit__()
 
     def at(self, instant: float) -> Picture:
-        """The picture of one instant [s]."""
+        """Render the picture of an instant [s]."""
         motion, wrist = self._motion, self._wrist
         began = np.ceil(max(instant - TRAIL, float(motion.time[0])) / TRAIL_STEP)
         # pieces begin and end at the same instants in every frame, or curves would quiver
@@ -62,7 +64,7 @@ class Frames:
         trails = [Trail(tip, _share(ACTUAL))]
         if self._ghost:
             trails.append(Trail(desired_tip, _share(DESIRED), behind=True))
-        picture = self._stage.picture(actual[-1], desired[-1], trails)
+        picture = self._renderer.picture(actual[-1], desired[-1], trails)
         self._caption.write(picture, instant, float(np.linalg.norm(desired_tip[-1] - tip[-1])))
         return picture
 
@@ -76,10 +78,10 @@ def _share(rgb: Colour) -> tuple[float, float, float]:
     return red / 255.0, green / 255.0, blue / 255.0
 
 
-def _style(run: Run, motion: Motion, shot: Shot) -> Style:
+def _style(run: Run, motion: Motion, settings: FilmSettings) -> Style:
     law, reference = (str(run.description[part]["name"]).rpartition("/")[2] for part in ("law", "reference"))
-    legend = (("actual", ACTUAL), ("desired", DESIRED)) if shot.ghost else (("actual", ACTUAL),)
-    begin, end = shot.span(motion)
+    legend = (("actual", ACTUAL), ("desired", DESIRED)) if settings.ghost else (("actual", ACTUAL),)
+    begin, end = settings.span(motion)
     shown = (motion.time >= begin) & (motion.time <= end)
     largest = float(motion.tip_error()[shown].max(initial=0.0))
-    return Style(law, f"on {reference}", legend, shot.speed, largest, 2 if shot.speed >= 0.1 else 4)
+    return Style(law, f"on {reference}", legend, settings.speed, largest, 2 if settings.speed >= 0.1 else 4)

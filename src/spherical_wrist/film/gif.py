@@ -1,15 +1,12 @@
 """GIF: plays everywhere, without sound and in 255 colours, again and again."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from fractions import Fraction
+from itertools import chain, product
 from pathlib import Path
-from struct import pack
-from typing import Self
 
 import numpy as np
-import numpy.typing as npt
 from PIL import Image
-from PIL.GifImagePlugin import getdata
 
 from spherical_wrist.errors import ParameterError
 from spherical_wrist.film.opengl import Picture
@@ -17,14 +14,17 @@ from spherical_wrist.film.opengl import Picture
 USUAL_FPS = 20.0
 
 SHORTEST = 2
-"""Least time of a frame [1/100 s]: what browsers take for a mistake below it, and show for 1/10 s instead."""
+"""Shortest time of a frame [1/100 s]: browsers take less for a mistake, and show the frame for 1/10 s instead."""
 
 COLOURS, UNCHANGED = 255, 255
-"""Colours of a film, and the index that stands for what is as in the frame before."""
+"""Number of colours of a film, and index in the palette that stands for a pixel that is as in the frame before."""
+
+SAMPLES = 8
+"""Number of pictures that the colours are chosen from."""
 
 
 def frame_rate(fps: float | None) -> Fraction:
-    """The nearest rate that a GIF can have to so many frames a second: frames last a multiple of 1/100 s.
+    """Return the nearest frame rate that a GIF can have: frames last a multiple of 1/100 s.
 
     Raises:
         ParameterError: browsers would not play it that fast.
@@ -36,81 +36,59 @@ def frame_rate(fps: float | None) -> Fraction:
 
 
 def check(size: tuple[int, int]) -> None:
-    """Every size will do."""
+    """Accept every size."""
 
 
-class Gif:
-    """Writes a film, picture by picture. A context manager; the file is complete once it is left.
+def write(path: Path, size: tuple[int, int], rate: Fraction, count: int, picture: Callable[[int], Picture]) -> None:
+    """Write a film. Of every frame but the first, only the changes are written; an equal one prolongs the last.
 
-    Of every picture but the first, only what changed is written.
+    Pillow keeps a byte for each pixel of each frame in memory until the last one is there.
 
     Args:
         path: file to write.
+        size: of the pictures, which say it themselves.
         rate: frames per second, one of :func:`frame_rate`.
-        samples: pictures of the film, from which its colours are chosen.
+        count: number of frames.
+        picture: renders a frame by its number.
     """
+    chosen = np.linspace(0, count - 1, min(SAMPLES, count)).round().astype(int)
+    colours = palette([picture(int(number)) for number in chosen])
+    reference = _indexed(colours)
+    table = _completed(colours)
 
-    def __init__(self, path: Path, rate: Fraction, samples: Sequence[Picture]) -> None:
-        self._palette = palette(samples)
-        self._colours = bytes(self._palette.getpalette() or ()).ljust(3 * 256, b"\0")
-        self._before: npt.NDArray[np.uint8] | None = None
-        self._milliseconds = int(1000 / rate)
-        self._file = path.open("wb")
+    def frame(number: int) -> Image.Image:
+        indexed = Image.fromarray(picture(number)).quantize(palette=reference, dither=Image.Dither.NONE)
+        indexed.putpalette(table)
+        return indexed
 
-    def __enter__(self) -> Self:
-        """The film itself."""
-        return self
-
-    def add(self, picture: Picture) -> None:
-        """Adds a picture; the first one says how large all are."""
-        now = np.asarray(Image.fromarray(picture).quantize(palette=self._palette, dither=Image.Dither.NONE))
-        if self._before is None:
-            self._begin(now)
-            left, top, part = 0, 0, now
-        else:
-            changed = now != self._before
-            left, top, box = _bounds(changed)
-            part = np.where(changed[box], now[box], np.uint8(UNCHANGED))
-        image = Image.fromarray(part)
-        image.putpalette(self._colours)
-        options = {"duration": self._milliseconds, "transparency": UNCHANGED, "disposal": 1, "interlace": 0}
-        self._file.write(b"".join(getdata(image, (left, top), **options)))
-        self._before = now
-
-    def __exit__(self, failed: type[BaseException] | None, *_: object) -> None:
-        """Ends the film."""
-        with self._file:
-            if failed is None:
-                self._file.write(b";")
-
-    def _begin(self, first: npt.NDArray[np.uint8]) -> None:
-        """Size, colours, and that it plays for ever: what Pillow writes only once it has every picture in memory."""
-        high, wide = first.shape
-        self._file.write(b"GIF89a" + pack("<HHBBB", wide, high, 0b1111_0111, 0, 0))
-        self._file.write(self._colours)
-        self._file.write(b"!\xff\x0bNETSCAPE2.0" + pack("<BBHB", 3, 1, 0, 0))
+    options = {"duration": int(1000 / rate), "loop": 0, "transparency": UNCHANGED, "optimize": True, "disposal": 1}
+    rest = (frame(number) for number in range(1, count))
+    frame(0).save(path, "gif", save_all=True, append_images=rest, palette=table, interlace=0, **options)
 
 
-def palette(samples: Sequence[Picture]) -> Image.Image:
-    """A palette image for all pictures of a film.
+def palette(samples: Sequence[Picture]) -> list[tuple[int, ...]]:
+    """Choose the colours of a film from some of its pictures: red, green and blue, all different.
 
     Half of the colours are chosen for the many pixels of the background, the other half for what is small and must be
     told from it, such as the trails: by colours that occur at all, however often.
     """
     pixels = np.concatenate([picture.reshape(-1, 3) for picture in samples])
     kinds = np.unique(pixels >> 2, axis=0) << 2
-    chosen = [
-        Image.fromarray(colours[None]).quantize(count, Image.Quantize.MEDIANCUT).getpalette() or []
-        for colours, count in ((pixels, (COLOURS + 1) // 2), (kinds, COLOURS // 2))
-    ]
+    halves = ((pixels, (COLOURS + 1) // 2), (kinds, COLOURS // 2))
+    flat = (Image.fromarray(each[None]).quantize(n, Image.Quantize.MEDIANCUT).getpalette() or [] for each, n in halves)
+    values = list(chain.from_iterable(flat))
+    return list(dict.fromkeys(zip(values[::3], values[1::3], values[2::3], strict=True)))
+
+
+def _indexed(colours: Sequence[tuple[int, ...]]) -> Image.Image:
     image = Image.new("P", (1, 1))
-    image.putpalette([*chosen[0], *chosen[1]])
+    image.putpalette(list(chain.from_iterable(colours)))
     return image
 
 
-def _bounds(changed: npt.NDArray[np.bool_]) -> tuple[int, int, tuple[slice, slice]]:
-    """The smallest box with all changes, at least a pixel: its left, its top, and its rows and columns."""
-    rows, columns = np.flatnonzero(changed.any(axis=1)), np.flatnonzero(changed.any(axis=0))
-    if not rows.size:
-        return 0, 0, (slice(0, 1), slice(0, 1))
-    return int(columns[0]), int(rows[0]), (slice(rows[0], rows[-1] + 1), slice(columns[0], columns[-1] + 1))
+def _completed(colours: Sequence[tuple[int, ...]]) -> bytes:
+    """Return the palette with 256 different colours: Pillow finds the indices of frames by their colours."""
+    known = set(colours)
+    unused = (each for each in product(range(256), repeat=3) if each not in known)
+    spare = [next(unused) for _ in range(COLOURS + 1 - len(colours))]
+    return bytes(chain.from_iterable([*colours, *spare]))

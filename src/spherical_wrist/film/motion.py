@@ -1,4 +1,4 @@
-"""The motion of a recorded run, at any instant."""
+"""Motion of a recorded run, interpolated."""
 
 from typing import NamedTuple, Self
 
@@ -7,16 +7,16 @@ import numpy.typing as npt
 from scipy.spatial.transform import Rotation
 
 from spherical_wrist.errors import RecordingError
-from spherical_wrist.simulation.series import Series
+from spherical_wrist.measure.series import Series
 
 Array = npt.NDArray[np.float64]
 
 FAR = 1e6
-"""No tool tip is that far away [m]; a run that diverges may say so."""
+"""Largest distance of a tool tip that is shown [m]; runs that diverge have larger ones."""
 
 
 class Motion(NamedTuple):
-    """What is to be seen of a run, at the recorded instants.
+    """Poses of a run at the recorded instants.
 
     Attributes:
         time: recorded instants [s], (n,).
@@ -24,7 +24,7 @@ class Motion(NamedTuple):
         desired_attitude: likewise, (n, 4).
         tip: tool tip in the world [m], (n, 3).
         desired_tip: where it would be at the desired attitude [m], (n, 3).
-        end: when the last recorded instant is over [s].
+        end: end of the last recorded period [s].
     """
 
     time: Array
@@ -36,7 +36,7 @@ class Motion(NamedTuple):
 
     @classmethod
     def of(cls, series: Series) -> Self:
-        """The motion up to where a run ends or has no pose any more, as after a divergence.
+        """Extract the motion, up to the last instant with a pose: a run that diverged has none after it.
 
         Raises:
             RecordingError: there is no instant with a pose.
@@ -52,21 +52,21 @@ class Motion(NamedTuple):
         return cls(time, rows.attitude, rows.desired_attitude, rows.tip, rows.desired_tip, end)
 
     def attitudes(self, instants: Array) -> Array:
-        """Actual attitude at any instants [s], (m,): quaternions (m, 4), on the shortest arc between recorded ones."""
+        """Interpolate the actual attitude at instants [s], (m,): quaternions (m, 4), on the shortest arc."""
         return _between(self.time, self.attitude, instants)
 
     def desired_attitudes(self, instants: Array) -> Array:
-        """Desired attitude, likewise."""
+        """Interpolate the desired attitude likewise."""
         return _between(self.time, self.desired_attitude, instants)
 
     def tip_error(self) -> Array:
-        """Distance between actual and desired tool tip at the recorded instants [m], (n,)."""
+        """Compute the distance between actual and desired tool tip at the recorded instants [m], (n,)."""
         distance: Array = np.linalg.norm(self.desired_tip - self.tip, axis=1)
         return distance
 
 
 def _shown(series: Series) -> npt.NDArray[np.bool_]:
-    """Which rows have a pose; comparisons with NaN are False."""
+    """Find the rows that have a pose; comparisons with NaN are False."""
     shown = np.ones(len(series), dtype=bool)
     for attitude in (series.attitude, series.desired_attitude):
         shown &= np.abs(attitude).max(axis=1, initial=0.0) < 2.0  # before the norm, which could overflow

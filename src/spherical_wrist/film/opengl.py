@@ -1,8 +1,8 @@
 """OpenGL without a window.
 
 MuJoCo's own ``Renderer`` takes the kind of OpenGL that ``MUJOCO_GL`` named when mujoco was first imported, and without
-it a window system's, which a machine without a screen has not. Here the kind is chosen when it is needed: who imported
-mujoco, and when, does not matter.
+it that of the window system, which a machine without a screen does not have. Here the kind is chosen when it is needed,
+however mujoco was imported.
 """
 
 import os
@@ -23,11 +23,11 @@ Picture = npt.NDArray[np.uint8]
 """Rows from the top, columns, and red, green, blue."""
 
 KINDS = {"Linux": ("egl", "osmesa", "glfw"), "Darwin": ("cgl", "glfw")}
-"""Kinds of OpenGL that MUJOCO_GL may name, by system; elsewhere GLFW's only."""
+"""Kinds of OpenGL that MUJOCO_GL may name, by system; on other systems only GLFW."""
 
 OFF = ("disable", "disabled", "off", "false", "0")
 ANY = ("", "enable", "enabled", "on", "true", "1")
-"""Values of MUJOCO_GL with which nothing is to be rendered, and with which any kind will do."""
+"""Values of MUJOCO_GL that forbid rendering, and that allow any kind."""
 
 _ADVICE = {
     "Linux": "on Debian and Ubuntu: apt install libegl1 libgl1-mesa-dri libopengl0; or apt install libosmesa6 and set "
@@ -37,13 +37,13 @@ _ADVICE = {
 
 
 class Renderer:
-    """Makes pictures of a scene, with the kind of OpenGL that ``MUJOCO_GL`` names.
+    """Renders scenes, with the kind of OpenGL that ``MUJOCO_GL`` names.
 
     Without it, on Linux: EGL, which needs no screen, and failing that a hidden window, if there is a screen. Elsewhere:
     that of the system.
 
     Args:
-        model: whose scenes to render.
+        model: of the scenes.
         size: width and height of the pictures [px].
 
     Raises:
@@ -64,7 +64,7 @@ class Renderer:
         raise FilmError(f"no OpenGL here renders pictures of {wide}x{high} ({'; '.join(problems)}); {advice}")
 
     def picture(self, scene: mujoco.MjvScene) -> Picture:
-        """Renders a scene."""
+        """Render a scene."""
         self._gl.make_current()
         pixels = np.empty((self._view.height, self._view.width, 3), np.uint8)
         mujoco.mjr_render(self._view, scene, self._context)
@@ -72,7 +72,7 @@ class Renderer:
         return np.ascontiguousarray(pixels[::-1])  # OpenGL's rows begin at the bottom
 
     def close(self) -> None:
-        """Frees what OpenGL holds."""
+        """Free the OpenGL context."""
         self._gl.make_current()
         self._context.free()
         self._gl.free()

@@ -1,6 +1,6 @@
 """Fuzzy inference: sets, linguistic variables, rule bases, Mamdani and Sugeno inference, eq. (26)–(33) and (47).
 
-A rule base of one's own::
+Example of a user-defined rule base::
 
     from spherical_wrist.fuzzy import RuleBase, Sugeno, Variable
     from spherical_wrist.fuzzy.picture import picture
@@ -11,11 +11,11 @@ A rule base of one's own::
     alpha(0.2, -0.4)
     picture(alpha, "rules.svg")
 
-That of the law: ``FuzzySlidingComputedTorque().tuner.system()``.
+Rule base of the paper's law: ``FuzzySlidingComputedTorque().tuner.system()``.
 """
 
+from spherical_wrist.fuzzy.analysis import Report, report
 from spherical_wrist.fuzzy.antecedent import And, Antecedent, Is, Or
-from spherical_wrist.fuzzy.findings import Report, report
 from spherical_wrist.fuzzy.interpolation import fuzzify, sugeno
 from spherical_wrist.fuzzy.mamdani import Mamdani
 from spherical_wrist.fuzzy.membership import Bell, Gaussian, Membership, Trapezoidal, Triangular, around

@@ -1,6 +1,6 @@
-"""The if-part of a rule: statements "x is A", eq. (27), joined by AND, eq. (28), and OR.
+"""If-part of a rule: statements "x is A", eq. (27), joined by AND, eq. (28), and OR.
 
-How true a statement is, is the degree of x in A. AND is a t-norm and OR a t-conorm of the degrees a and b:
+The truth value of a statement is the degree of x in A. AND is a t-norm and OR a t-conorm of the degrees a and b:
 
 =====================  ===  =========================================================
 ``min``                AND  min(a, b), Zadeh's and Mamdani's
@@ -23,14 +23,14 @@ import numpy.typing as npt
 
 Array = npt.NDArray[np.float64]
 Degrees = Mapping[str, Mapping[str, Array]]
-"""Degrees of membership by variable and value."""
+"""Degrees of membership, keyed by variable and value."""
 
 Conjunction = Literal["min", "product"]
 Disjunction = Literal["max", "probabilistic_sum"]
 
 
 class Norms(NamedTuple):
-    """What AND and OR make of two degrees."""
+    """Operators AND (``both``) and OR (``either``) on two degrees."""
 
     both: Callable[[Array, Array], Array]
     either: Callable[[Array, Array], Array]
@@ -45,7 +45,7 @@ DISJUNCTIONS: dict[str, Callable[[Array, Array], Array]] = {"max": np.maximum, "
 
 
 class Antecedent(ABC):
-    """A statement about linguistic variables; ``&`` and ``|`` join two of them."""
+    """Statement about linguistic variables; ``&`` and ``|`` join two of them."""
 
     def __and__(self, other: "Antecedent") -> "And":
         return And((self, other))
@@ -55,16 +55,16 @@ class Antecedent(ABC):
 
     @abstractmethod
     def strength(self, degrees: Degrees, norms: Norms) -> Array:
-        """How true the statement is, in [0, 1], of the shape of the degrees."""
+        """Compute the truth value of the statement in [0, 1], of the shape of the degrees."""
 
     @abstractmethod
     def statements(self) -> Iterator["Is"]:
-        """Every "x is A" in it."""
+        """Yield every "x is A" in the statement."""
 
 
 @dataclass(frozen=True)
 class Is(Antecedent):
-    """The statement "variable is value", eq. (27)."""
+    """Statement "variable is value", eq. (27)."""
 
     variable: str
     value: str
@@ -83,7 +83,7 @@ class Is(Antecedent):
 
 @dataclass(frozen=True)
 class And(Antecedent):
-    """All of the parts, eq. (28)."""
+    """Conjunction of the parts, eq. (28)."""
 
     parts: tuple[Antecedent, ...]
 
@@ -102,7 +102,7 @@ class And(Antecedent):
 
 @dataclass(frozen=True)
 class Or(Antecedent):
-    """Any of the parts."""
+    """Disjunction of the parts."""
 
     parts: tuple[Antecedent, ...]
 

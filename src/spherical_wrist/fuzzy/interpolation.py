@@ -1,4 +1,4 @@
-"""The fast path of eq. (47), in scalars for the compiled loop: Sugeno inference of order zero over evenly spaced sets.
+"""Fast path of eq. (47), in scalars for the compiled loop: Sugeno inference of order zero over evenly spaced sets.
 
 Two inputs each have triangular sets with their peaks evenly spaced over [−1, 1] and their feet on the neighbouring
 peaks; beyond ±1 the outermost set holds fully. The AND of a rule is the product. Neighbouring triangles add up to one,
@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 
 class Place(NamedTuple):
-    """Where a number lies among triangular sets: between ``lower`` and the next.
+    """Position of a number among triangular sets: between ``lower`` and the next.
 
     Its degree is ``upper`` in the latter, 1 − ``upper`` in the former, and 0 in every other set.
     """
@@ -26,14 +26,14 @@ class Place(NamedTuple):
 
 
 def fuzzify(x: float, sets: int) -> Place:
-    """Degrees of membership of x in ``sets`` evenly spaced triangular sets over [−1, 1]."""
+    """Find the degrees of membership of x in ``sets`` evenly spaced triangular sets over [−1, 1]."""
     position = 0.5 * (min(1.0, max(-1.0, x)) + 1.0) * (sets - 1)
     lower = min(int(position), sets - 2)
     return Place(lower, position - lower)
 
 
 def sugeno(error: float, rate: float, weights: npt.NDArray[np.float64]) -> float:
-    """α = Σ θ ζ(e, ė), eq. (47): the mean of the rule weights, weighted by the firing strengths of the rules.
+    """Compute α = Σ θ ζ(e, ė), eq. (47): the mean of the rule weights, weighted by the firing strengths of the rules.
 
     Args:
         error: e divided by its scale.

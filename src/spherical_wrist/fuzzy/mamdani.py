@@ -34,7 +34,7 @@ _CHUNK = 1024  # inputs at a time: their aggregated sets then stay in the proces
 
 
 def max_min(strengths: Array, sets: Array) -> Array:
-    """Max-min aggregation, eq. (30).
+    """Aggregate by max-min, eq. (30).
 
     Args:
         strengths: μ_R, (rules, n).
@@ -47,12 +47,12 @@ def max_min(strengths: Array, sets: Array) -> Array:
 
 
 def sum_min(strengths: Array, sets: Array) -> Array:
-    """Sum-min aggregation, eq. (31); see :func:`max_min`."""
+    """Aggregate by sum-min, eq. (31); see :func:`max_min`."""
     return _gathered(np.add, strengths, sets)
 
 
 def coa(elements: Array, aggregated: Array) -> Array:
-    """Centre of area, eq. (33): not-a-number where the aggregated set is empty.
+    """Compute the centre of area, eq. (33): not-a-number if the aggregated set is empty.
 
     Args:
         elements: U_i, (m,).
@@ -63,7 +63,7 @@ def coa(elements: Array, aggregated: Array) -> Array:
 
 
 def cog(elements: Array, strengths: Array, sets: Array) -> Array:
-    """Centre of gravity, eq. (32), with the inner sum over the rules; see :func:`max_min` for the arguments."""
+    """Compute the centre of gravity, eq. (32), with the inner sum over the rules; arguments as of :func:`max_min`."""
     summed_over_rules = _gathered(np.add, strengths, sets)
     return coa(elements, summed_over_rules)
 
@@ -124,22 +124,22 @@ class Mamdani:
 
     @property
     def name(self) -> str:
-        """What the output is called."""
+        """Name of the output."""
         return self.output.name
 
     @property
     def elements(self) -> Array:
-        """U_i, (points,)."""
+        """Elements U_i, (points,)."""
         return self.output.grid(self.points)
 
     def aggregated(self, *inputs: npt.ArrayLike) -> Array:
-        """The aggregated output set μ_U at the elements U_i, eq. (30)–(31): ``(*inputs, points)``."""
+        """Compute the aggregated output set μ_U at the elements U_i, eq. (30)–(31): ``(*inputs, points)``."""
         strengths, sets = self.rules.strengths(*inputs), self._then_sets()
         flat = AGGREGATIONS[self.aggregation](strengths.reshape(len(strengths), -1), sets)
         return flat.reshape(*strengths.shape[1:], self.points)
 
     def __call__(self, *inputs: npt.ArrayLike) -> Array:
-        """The crisp output, of the shape of the inputs; not-a-number where no rule fires."""
+        """Compute the crisp output, of the shape of the inputs; not-a-number where no rule fires."""
         strengths = self.rules.strengths(*inputs)
         flat, sets, elements = strengths.reshape(len(strengths), -1), self._then_sets(), self.elements
         parts = [self._defuzzified(flat[:, k : k + _CHUNK], sets, elements) for k in range(0, flat.shape[1], _CHUNK)]

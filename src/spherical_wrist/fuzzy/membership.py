@@ -14,10 +14,10 @@ Shape = Literal["triangular", "trapezoidal", "bell", "gaussian"]
 
 
 class Membership(Parameters):
-    """A fuzzy set A = {x, μ_A(x)} with 0 ≤ μ_A ≤ 1, eq. (26). Call it for the degrees of numbers or arrays of them."""
+    """Fuzzy set A = {x, μ_A(x)} with 0 ≤ μ_A ≤ 1, eq. (26). Call it for the degrees of numbers or arrays of them."""
 
     def __call__(self, x: npt.ArrayLike) -> Array:
-        """μ_A(x), of the shape of x."""
+        """Compute μ_A(x), of the shape of x."""
         # far away from a narrow set quotients and powers overflow to infinity, whose degree is the right one, 0 or 1
         with np.errstate(over="ignore"):
             return self._degree(np.asarray(x, dtype=np.float64))
@@ -34,7 +34,7 @@ class Membership(Parameters):
 
 
 class Triangular(Membership):
-    """Rises from 0 at ``left`` to 1 at ``peak`` and falls to 0 at ``right``; a side may be vertical."""
+    """Triangle from 0 at ``left`` over 1 at ``peak`` to 0 at ``right``; a side may be vertical."""
 
     left: float
     peak: float
@@ -50,7 +50,7 @@ class Triangular(Membership):
 
 
 class Trapezoidal(Membership):
-    """Rises from 0 at ``left`` to 1 from ``first`` to ``last`` and falls to 0 at ``right``; a side may be vertical."""
+    """Trapezoid from 0 at ``left`` over 1 from ``first`` to ``last`` to 0 at ``right``; a side may be vertical."""
 
     left: float
     first: float
@@ -78,7 +78,7 @@ class Bell(Membership):
 
 
 class Gaussian(Membership):
-    """exp(−½ ((x − centre) / deviation)²)."""
+    """Gaussian exp(−½ ((x − centre) / deviation)²)."""
 
     centre: float
     deviation: Positive
@@ -88,15 +88,15 @@ class Gaussian(Membership):
 
 
 def around(shape: Shape, centre: float, reach: float) -> Membership:
-    """The symmetric set of a shape whose degree is 1 at ``centre`` and ½ at ``reach / 2`` on either side.
+    """Create the symmetric set of a shape whose degree is 1 at ``centre`` and ½ at ``reach / 2`` on either side.
 
     Sets of the same shape with their centres ``reach`` apart therefore cross at ½. Triangles and trapezoids (whose
     plateau is half a reach wide) then add up to one everywhere between the outermost centres; bells and Gaussians
     nearly do.
 
     Args:
-        shape: which membership function.
-        centre: where the degree is 1.
+        shape: name of the membership function.
+        centre: number whose degree is 1.
         reach: distance from the centre to the feet of the triangle, > 0.
 
     Raises:
@@ -115,7 +115,7 @@ def around(shape: Shape, centre: float, reach: float) -> Membership:
 
 
 def _rise(x: Array, foot: float, top: float) -> Array:
-    """From 0 at ``foot`` to 1 at ``top``; a step at the top where they are the same."""
+    """Rise from 0 at ``foot`` to 1 at ``top``; a step at the top if they are the same."""
     if foot == top:
         return (x >= top).astype(np.float64)
     return np.clip((x - foot) / (top - foot), 0.0, 1.0)

@@ -1,7 +1,7 @@
-"""A picture of a rule base: its fuzzy sets, its output over the inputs, slices of it, and what the report found.
+"""Picture of a rule base: fuzzy sets, output over the inputs, slices of it, and the results of its analysis.
 
-The only file of this room that imports matplotlib, and only when a picture is drawn. It makes figures without pyplot:
-nothing global is touched, and no screen is needed.
+Only this file of the room imports matplotlib, and only when a picture is drawn. Figures are made without pyplot:
+nothing global is changed, and no screen is needed.
 """
 
 import io
@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from spherical_wrist.errors import ParameterError
 from spherical_wrist.files import write_whole
-from spherical_wrist.fuzzy.findings import Report, report
+from spherical_wrist.fuzzy.analysis import Report, report
 from spherical_wrist.fuzzy.mamdani import Mamdani
 from spherical_wrist.fuzzy.rules import Inference
 from spherical_wrist.fuzzy.takagi_sugeno import Sugeno
@@ -31,18 +31,18 @@ _GAP = "#c8c8c8"
 
 
 class Picture(NamedTuple):
-    """A drawn rule base.
+    """Drawn rule base.
 
     Attributes:
         figure: a ``matplotlib.figure.Figure``.
-        report: what was found on the grid that is drawn.
+        report: analysis on the grid that is drawn.
     """
 
     figure: Any
     report: Report
 
     def content(self, kind: str) -> bytes:
-        """The drawing as a file of a kind, such as ``"svg"``; the same rule base makes the same bytes."""
+        """Return the drawing as a file of a kind, such as ``"svg"``; the same rule base makes the same bytes."""
         import matplotlib as mpl
 
         content = io.BytesIO()
@@ -60,13 +60,13 @@ def picture(
     threshold: float = 0.01,
     held: Mapping[str, float] | None = None,
 ) -> Picture:
-    """Draws a rule base with its inference, and saves the drawing if a path is given.
+    """Draw a rule base with its inference, and save the drawing if a path is given.
 
     Args:
         inference: a ``Sugeno`` or a ``Mamdani``; of the law, ``law.tuner.system()``.
-        path: where to save it; ``.png``, ``.svg`` or ``.pdf``.
-        title: above the drawing.
-        points: see :func:`spherical_wrist.fuzzy.findings.report`.
+        path: file to write, ``.png``, ``.svg`` or ``.pdf``.
+        title: title above the drawing.
+        points: see :func:`spherical_wrist.fuzzy.analysis.report`.
         threshold: likewise.
         held: likewise.
 
@@ -117,7 +117,7 @@ def _label(variable: Variable) -> str:
 
 
 def _draw_sets(panel: Any, variable: Variable) -> None:
-    """The membership functions of one variable, with its values' names above their highest points."""
+    """Draw the membership functions of one variable, with the names of its values above their highest points."""
     x = variable.grid(1001)
     degrees = variable.degrees(x)
     peaks = {value: float(x[mu >= mu.max() - 1e-12].mean()) for value, mu in degrees.items()}
@@ -132,7 +132,7 @@ def _draw_sets(panel: Any, variable: Variable) -> None:
 
 
 def _draw_outputs(panel: Any, inference: Inference, found: Report) -> None:
-    """The then-parts: sets, or numbers as singletons."""
+    """Draw the then-parts: sets, or numbers as singletons."""
     if isinstance(inference, Mamdani):
         _draw_sets(panel, inference.output)
         panel.set_title("then-sets", fontsize=9.0)
@@ -152,7 +152,7 @@ def _draw_outputs(panel: Any, inference: Inference, found: Report) -> None:
 
 
 def _draw_surface(panel: Any, found: Report) -> None:
-    """The output over both inputs as colours with contours; gaps hatched, where it is not positive outlined."""
+    """Draw the output over both inputs as colours with contours; gaps hatched, values that are not positive red."""
     from matplotlib.ticker import MaxNLocator
 
     first, second = found.variables
@@ -184,7 +184,7 @@ def _draw_surface(panel: Any, found: Report) -> None:
 
 
 def _draw_slices(panel: Any, found: Report) -> None:
-    """The output over the first input, at five values of the second."""
+    """Draw the output over the first input, at five values of the second."""
     name = found.inference.name
     if len(found.variables) == 1:
         panel.plot(found.first, found.output[:, 0], color=_colours(1)[0], lw=1.6)

@@ -1,4 +1,4 @@
-"""Rules, eq. (27)–(29), and rule bases: what fires, and how strongly."""
+"""Rules, eq. (27)–(29), and rule bases with their firing strengths."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -22,10 +22,10 @@ from spherical_wrist.fuzzy.variable import Variable
 
 
 class Linear(NamedTuple):
-    """The then-part of a Sugeno rule of first order: z = offset + Σ slopes · inputs.
+    """Then-part of a Sugeno rule of first order: z = offset + Σ slopes · inputs.
 
     Attributes:
-        offset: z where every input is zero.
+        offset: z for inputs of zero.
         slopes: one per variable of the rule base, in its order.
     """
 
@@ -37,17 +37,17 @@ class Linear(NamedTuple):
 
 
 Consequent = str | float | Linear
-"""A then-part, eq. (29): the name of an output set (Mamdani), a number (Sugeno), or a linear function (first order)."""
+"""Then-part, eq. (29): the name of an output set (Mamdani), a number (Sugeno), or a linear function (first order)."""
 
 
 @dataclass(frozen=True)
 class Rule:
-    """If antecedent then consequent, eq. (27)–(29).
+    """Rule "if antecedent then consequent", eq. (27)–(29).
 
     Attributes:
         antecedent: the if-part.
         then: the then-part.
-        label: a short name, such as "NB N" for the rule of these values; of its own accord the if-part in words.
+        label: a short name, such as "NB N" for the rule of these values; by default the if-part in words.
     """
 
     antecedent: Antecedent
@@ -69,12 +69,12 @@ class RuleBase:
     Attributes:
         variables: the inputs, in the order in which they are given.
         rules: at least one.
-        conjunction: what AND is; see :mod:`spherical_wrist.fuzzy.antecedent`.
-        disjunction: what OR is.
+        conjunction: operator AND; see :mod:`spherical_wrist.fuzzy.antecedent`.
+        disjunction: operator OR.
 
     Raises:
         ParameterError: there is no rule, or two variables or rules have the same name or label.
-        UnknownNameError: a rule names a variable or a value that there is not, or AND or OR is unknown.
+        UnknownNameError: a rule names an unknown variable or value, or AND or OR is unknown.
     """
 
     variables: tuple[Variable, ...]
@@ -112,13 +112,13 @@ class RuleBase:
         then: Sequence[Sequence[Consequent]],
         conjunction: Conjunction = "min",
     ) -> "RuleBase":
-        """A rule "row value AND column value", eq. (28), for every cell of a table: 7 × 3 = 21 rules in the paper.
+        """Create a rule "row value AND column value", eq. (28), for every cell of a table: 21 rules in the paper.
 
         Args:
             rows: first input.
             columns: second input.
             then: the then-parts, by the values of rows and columns in their order. Labels are "row column".
-            conjunction: what AND is.
+            conjunction: operator AND.
 
         Raises:
             ParameterError: the table has not one cell for every pair of values.
@@ -134,7 +134,7 @@ class RuleBase:
         return cls((rows, columns), tuple(rules), conjunction)
 
     def inside(self, inputs: Sequence[npt.ArrayLike]) -> tuple[Array, ...]:
-        """The inputs within their universes, broadcast to one shape.
+        """Limit the inputs to their universes, and broadcast them to one shape.
 
         Raises:
             ParameterError: there is not one input per variable.
@@ -145,7 +145,7 @@ class RuleBase:
         return np.broadcast_arrays(*(v.within(x) for v, x in zip(self.variables, inputs, strict=True)))
 
     def strengths(self, *inputs: npt.ArrayLike) -> Array:
-        """Firing strength μ_R of every rule in [0, 1]: fuzzification, then the fuzzy operators of the if-part.
+        """Compute the firing strength μ_R of every rule in [0, 1]: fuzzification, then the operators of the if-part.
 
         Args:
             inputs: one per variable, numbers or arrays that broadcast together.
@@ -160,15 +160,15 @@ class RuleBase:
 
 
 class Inference(Protocol):
-    """Anything that makes a number of a rule base's inputs: ``Sugeno`` or ``Mamdani``."""
+    """Inference of a number from the inputs of a rule base: ``Sugeno`` or ``Mamdani``."""
 
     @property
     def rules(self) -> RuleBase:
-        """The rule base."""
+        """Rule base of the inference."""
 
     @property
     def name(self) -> str:
-        """What the output is called."""
+        """Name of the output."""
 
     def __call__(self, *inputs: npt.ArrayLike) -> Array:
-        """The crisp output, of the shape of the inputs; not-a-number where no rule fires."""
+        """Compute the crisp output, of the shape of the inputs; not-a-number where no rule fires."""

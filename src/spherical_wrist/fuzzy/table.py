@@ -1,7 +1,7 @@
-"""Any inference with two inputs as a table for the compiled loop, and how far the table is from it.
+"""Tabulation of an inference with two inputs for the compiled loop, and the error of the table.
 
 The table holds the output on a grid over both universes and is read by bilinear interpolation,
-:func:`spherical_wrist.fuzzy.interpolation.sugeno`: what runs is again a zero-order Sugeno rule base, of many more
+:func:`spherical_wrist.fuzzy.interpolation.sugeno`: the loop runs a zero-order Sugeno rule base again, with many more
 rules. So the output lies between the smallest and the largest entry, whatever the inputs; positive entries suffice for
 a positive output.
 """
@@ -18,7 +18,7 @@ kinks, are among them, and 146 KiB fit into a processor's second-level cache."""
 
 
 def tabulate(inference: Inference, grid: tuple[int, int] = GRID) -> Array:
-    """The output on a grid over the universes of the two inputs.
+    """Evaluate an inference on a grid over the universes of its two inputs.
 
     Raises:
         ParameterError: the rule base has not two inputs, or no rule fires at some point of the grid.
@@ -35,9 +35,9 @@ def tabulate(inference: Inference, grid: tuple[int, int] = GRID) -> Array:
 
 
 def table_error(inference: Inference, table: Array, refine: int = 4) -> float:
-    """How far the table is from the inference, at most: a bound computed on a lattice ``refine`` times finer.
+    """Bound the difference between a table and its inference, on a lattice ``refine`` times finer.
 
-    It is the largest difference on the lattice plus, for what lies between its points, half of the largest change of
+    The bound is the largest difference on the lattice plus, for points between, half of the largest change of
     the difference from one point to the next along either input. That bounds the difference everywhere if it changes
     nowhere faster than between two points of the lattice somewhere: it is no proof, but about twice what is found.
     """
@@ -57,7 +57,7 @@ def _lattice(inference: Inference, points: tuple[int, int]) -> tuple[Array, Arra
 
 
 def _between(values: Array, refine: int) -> Array:
-    """Linear interpolation along the first axis at ``refine`` times as many points."""
+    """Interpolate linearly along the first axis at ``refine`` times as many points."""
     lower, part = np.divmod(np.arange((len(values) - 1) * refine + 1), refine)
     upper = np.minimum(lower + 1, len(values) - 1)
     share = (part / refine)[:, None]

@@ -12,7 +12,7 @@ from spherical_wrist.fuzzy.rules import Linear, RuleBase
 
 @dataclass(frozen=True)
 class Sugeno:
-    """z = Σ θ_l ζ_l(x) with ζ_l = w_l / Σ w, eq. (47): the mean of the then-parts, weighted by the firing strengths.
+    """Sugeno inference z = Σ θ_l ζ_l(x), ζ_l = w_l / Σ w, eq. (47): mean of then-parts, weighted by firing strength.
 
     A then-part is a number θ_l (order zero) or a linear function of the inputs (order one), for which the paper's
     eq. (29) writes "then f(x, y)". The inputs of the function, too, are taken within their universes, so that z is
@@ -21,7 +21,7 @@ class Sugeno:
 
     Attributes:
         rules: a rule base whose then-parts are numbers or :class:`.Linear`.
-        name: what the output is called.
+        name: name of the output.
 
     Raises:
         ParameterError: a then-part is neither, is not finite, or has not one slope per variable.
@@ -45,11 +45,11 @@ class Sugeno:
 
     @property
     def order(self) -> int:
-        """1 where any then-part is a linear function, else 0."""
+        """Order: 1 if any then-part is a linear function, else 0."""
         return int(any(isinstance(rule.then, Linear) for rule in self.rules.rules))
 
     def consequents(self, *inputs: npt.ArrayLike) -> Array:
-        """The then-part of every rule: the rules are the first axis."""
+        """Evaluate the then-part of every rule: the rules are the first axis."""
         inside = self.rules.inside(inputs)
         values = []
         for rule in self.rules.rules:
@@ -64,7 +64,7 @@ class Sugeno:
         return np.array(values)
 
     def __call__(self, *inputs: npt.ArrayLike) -> Array:
-        """The crisp output z, of the shape of the inputs; not-a-number where no rule fires."""
+        """Compute the crisp output z, of the shape of the inputs; not-a-number where no rule fires."""
         strengths = self.rules.strengths(*inputs)
         total = strengths.sum(axis=0)
         above = (strengths * self.consequents(*inputs)).sum(axis=0)

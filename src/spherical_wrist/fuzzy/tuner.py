@@ -1,4 +1,4 @@
-"""The paper's slope tuner α(e, ė), eq. (46)–(47), with any of the inferences: 7 × 3 rules over scaled inputs."""
+"""Slope tuner α(e, ė) of the paper, eq. (46)–(47), with any of the inferences: 7 × 3 rules over scaled inputs."""
 
 from functools import lru_cache
 from typing import Literal, NamedTuple
@@ -22,13 +22,12 @@ MOST_ELEMENTS = 2000
 
 
 class Tuner(NamedTuple):
-    """What α(e, ė) is inferred from. The inputs are divided by their scales: their universes are [−1, 1].
+    """Parameters from which α(e, ė) is inferred. Inputs are divided by their scales: their universes are [−1, 1].
 
     Attributes:
         rules: θ > 0, 7 × 3, by the values of error and rate. Of ``mamdani``, the centres of the output sets.
         inference: ``sugeno``: z = θ. ``sugeno_first_order``: z = θ + p (x − x_l) + q (y − y_l) of the scaled inputs
-            x, y, where x_l, y_l is the peak of the rule, so that θ is what the rule says there. ``mamdani``: z is the
-            set around θ.
+            x, y; (x_l, y_l) is the peak of the rule, where its output is θ. ``mamdani``: z is the set around θ.
         membership: shape of the sets of inputs and output; neighbouring input sets cross at ½.
         conjunction: AND.
         aggregation: of ``mamdani``, eq. (30)–(31).
@@ -50,11 +49,11 @@ class Tuner(NamedTuple):
 
     @property
     def exact(self) -> bool:
-        """Whether bilinear interpolation between the rule weights is the inference itself."""
+        """True if bilinear interpolation between the rule weights is the inference itself."""
         return (self.inference, self.membership, self.conjunction) == ("sugeno", "triangular", "product")
 
     def system(self) -> Sugeno | Mamdani:
-        """The inference, as one evaluates it directly: ``tuner.system()(e, rate)``.
+        """Return the inference, to be evaluated directly: ``tuner.system()(e, rate)``.
 
         Raises:
             ParameterError: the output sets of ``mamdani`` reach zero or are too narrow for its universe.
@@ -62,7 +61,7 @@ class Tuner(NamedTuple):
         return _system(self)
 
     def table(self) -> Array:
-        """α on a grid over [−1, 1]²; the rules themselves where that is exact. Read-only.
+        """Return α on a grid over [−1, 1]²; the rule weights if these are exact. Read-only.
 
         Raises:
             ParameterError: α is not positive everywhere.
@@ -70,7 +69,7 @@ class Tuner(NamedTuple):
         return _table(self)
 
     def table_error(self) -> float:
-        """The largest difference between the table, interpolated, and the inference; see :func:`table_error`."""
+        """Return the largest difference between the interpolated table and the inference; see :func:`table_error`."""
         return _error(self)
 
 
@@ -93,7 +92,7 @@ def _system(tuner: Tuner) -> Sugeno | Mamdani:
 
 
 def _output(tuner: Tuner) -> tuple[Variable, int]:
-    """The output variable: a set around every different rule weight, over a universe that ends at their feet."""
+    """Create the output variable: a set around every different rule weight, over a universe that ends at their feet."""
     peaks, width = sorted({weight for row in tuner.rules for weight in row}), tuner.output_width
     if width >= peaks[0]:
         raise ParameterError(

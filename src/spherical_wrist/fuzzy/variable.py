@@ -12,24 +12,24 @@ from spherical_wrist.fuzzy.antecedent import Is
 from spherical_wrist.fuzzy.membership import Array, Membership, Shape, around
 
 ERROR_VALUES = ("NB", "NM", "NS", "Z", "PS", "PM", "PB")
-"""The paper's linguistic values of the error: negative big, medium, small, zero, positive small, medium, big."""
+"""Linguistic values of the error in the paper: negative big, medium, small, zero, positive small, medium, big."""
 
 RATE_VALUES = ("N", "Z", "P")
-"""The paper's linguistic values of the rate error: negative, zero, positive."""
+"""Linguistic values of the rate error in the paper: negative, zero, positive."""
 
 
 @dataclass(frozen=True)
 class Variable:
-    """A linguistic variable: named fuzzy sets, eq. (26), over the universe of discourse [low, high].
+    """Linguistic variable: named fuzzy sets, eq. (26), over the universe of discourse [low, high].
 
     Numbers outside the universe count as its nearest end.
 
     Attributes:
-        name: what rules call it.
+        name: name in rules.
         low: lower end of the universe.
         high: upper end.
-        sets: its linguistic values, by name.
-        unit: what the numbers are measured in, for pictures.
+        sets: its linguistic values, keyed by name.
+        unit: unit of the numbers, for pictures.
 
     Raises:
         ParameterError: the universe is empty or not finite, or there is no set.
@@ -61,7 +61,7 @@ class Variable:
         high: float = 1.0,
         unit: str = "",
     ) -> "Variable":
-        """Sets of one shape, centred evenly from ``low`` to ``high``, neighbours crossing at ½.
+        """Create sets of one shape, centred evenly from ``low`` to ``high``, neighbours crossing at ½.
 
         Raises:
             ParameterError: there are fewer than two values, or two of the same name.
@@ -74,20 +74,20 @@ class Variable:
         return cls(name, low, high, sets, unit)
 
     def within(self, x: npt.ArrayLike) -> Array:
-        """Numbers as far as they lie in the universe, else its nearest end."""
+        """Limit numbers to the universe."""
         return np.clip(np.asarray(x, dtype=np.float64), self.low, self.high)
 
     def degrees(self, x: npt.ArrayLike) -> dict[str, Array]:
-        """Fuzzification: the degree of numbers in every set, by name, each of the shape of x."""
+        """Fuzzify numbers: compute their degree in every set, keyed by name, each of the shape of x."""
         inside = self.within(x)
         return {value: membership(inside) for value, membership in self.sets.items()}
 
     def grid(self, points: int) -> Array:
-        """Elements U_i of the universe, evenly spaced from end to end."""
+        """Return elements U_i of the universe, evenly spaced from end to end."""
         return np.linspace(self.low, self.high, points)
 
     def is_(self, value: str) -> Is:
-        """The statement "x is A" of eq. (27).
+        """Return the statement "x is A" of eq. (27).
 
         Raises:
             UnknownNameError: the variable has no such value.

@@ -1,35 +1,50 @@
-"""Guides for those who use the package: Markdown beside this file, read with ``wrist guide NAME``."""
+"""User guides: Markdown beside this file, read with ``wrist guide NAME``."""
 
+import re
+from importlib import import_module
 from pathlib import Path
 from typing import NamedTuple
 
 from spherical_wrist.errors import UnknownNameError
 
 NAMES = ("conventions", "law", "reference", "disturbance", "hardware", "wrist", "recordings")
-"""All guides, in the order in which to read them."""
+"""All guides, in reading order."""
+
+TABLES = {"channels": "channels", "metrics": "measure.metrics"}
+"""Modules with tables that a guide includes where it says ``<!-- table of channels -->``, by the name of the table."""
 
 
 class Guide(NamedTuple):
-    """A guide.
+    """User guide.
 
     Attributes:
-        name: what it is asked for by.
+        name: name on the command line.
         title: its heading, in plain text.
-        text: all of it, as Markdown.
+        source: its Markdown, in which tables of the package are only named.
     """
 
     name: str
     title: str
-    text: str
+    source: str
+
+    @property
+    def text(self) -> str:
+        """All of it, as Markdown."""
+        return re.sub(r"^<!-- table of (\w+) -->$", lambda found: _table(found[1]), self.source, flags=re.MULTILINE)
 
 
 def read_guide(name: str) -> Guide:
-    """The guide of a name.
+    """Read the guide of a name.
 
     Raises:
-        UnknownNameError: there is none; the message has those that there are.
+        UnknownNameError: there is none; the message has the valid names.
     """
     if name not in NAMES:
         raise UnknownNameError("guide", name, NAMES, "; `wrist guide` lists them")
     text = (Path(__file__).parent / f"{name}.md").read_text(encoding="utf-8")
     return Guide(name, text.partition("\n")[0].removeprefix("# "), text)
+
+
+def _table(name: str) -> str:
+    table: str = import_module(f"spherical_wrist.{TABLES[name]}").markdown_table()
+    return table

@@ -1,4 +1,4 @@
-"""What recordings hold: whether they are consistent, as pictures and tables, and how two of them differ."""
+"""Inspection of recordings: consistency, pictures, tables, and differences of two of them."""
 
 from spherical_wrist.inspection.consistency import Inspection, inspect
 from spherical_wrist.inspection.difference import Difference, difference

@@ -1,4 +1,4 @@
-"""The arrays of a series as plain columns: one number a row each, with a name that says its unit."""
+"""Channels of a series as plain columns: one number a row each, with a name that says its unit."""
 
 from collections.abc import Iterator
 from typing import NamedTuple
@@ -6,29 +6,11 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from spherical_wrist.simulation.series import COLUMNS, EXTRAS, WXYZ, XYZ, Series
+from spherical_wrist.measure.series import Series
 
 Array = npt.NDArray[np.float64]
 
-_OF_EXTRAS: dict[str, tuple[str, str, tuple[str, ...] | None]] = {
-    "law_state": ("", "state of the law, in units of its own", None),
-    "measured_attitude": ("", "measured attitude", WXYZ),
-    "measured_rate": ("rad/s", "measured rate, body frame", XYZ),
-    "commanded_torque": ("N·m", "torque asked of the motors, body frame", XYZ),
-    "current": ("A", "current of a coil", None),
-    "condition": ("", "condition number of the torque map", ()),
-}
-"""Unit, meaning and axes of the arrays that not every series has; None for axes with numbers from 0."""
-
-INFO = {
-    **{name: (info["unit"], info["meaning"], info["axes"]) for name, info in COLUMNS.items()},
-    **{name: _OF_EXTRAS[name] for name in EXTRAS},
-}
-"""Unit, meaning and axes of every array, in the order of the columns."""
-
-_SPELLED = {"": "", "rad/s": "_rad_per_s", "1/s": "_per_s", "N·m": "_Nm"}
-_SPELLED |= {plain: f"_{plain}" for plain in ("s", "rad", "m", "A")}
-"""Units at the end of a name."""
+_PLAIN = str.maketrans({"·": "_", "²": "2", "³": "3", "Ω": "Ohm", "µ": "u", "°": "deg", "%": "percent", " ": "_"})
 
 
 class Column(NamedTuple):
@@ -37,7 +19,7 @@ class Column(NamedTuple):
     Attributes:
         name: such as ``error_x_rad``.
         unit: such as ``rad``; empty for none.
-        meaning: in words.
+        meaning: meaning in words.
         values: float64, (n,); a view.
     """
 
@@ -48,13 +30,18 @@ class Column(NamedTuple):
 
 
 def columns(series: Series) -> Iterator[Column]:
-    """Every column that a series has, in a fixed order: ``time_s``, ``attitude_w``, … ``condition``."""
-    for name, array in series.arrays().items():
-        unit, meaning, axes = INFO[name]
-        if array.ndim == 1:
-            yield Column(name + _SPELLED[unit], unit, meaning, array)
-            continue
-        count = array.shape[1]
-        marks = [""] if axes == () else [f"_{mark}" for mark in axes or range(count)]
-        for mark, values in zip(marks, array.T, strict=count > 0):
-            yield Column(name + mark + _SPELLED[unit], unit, f"{meaning}{mark.replace('_', ', ')}", values)
+    """Return every column of a series, in a fixed order: ``time_s``, ``attitude_w``, … ``condition``."""
+    for name, array in series.channels.items():
+        channel = series.channel(name)
+        rows = array.reshape(len(array), -1) if array.size else array.reshape(len(array), *(channel.shape or (1,)))
+        for k, component in enumerate(channel.components(rows.shape[1])):
+            unit = channel.unit_of(k)
+            words = f"{channel.meaning}, {component.replace('_', ' ')}" if component else channel.meaning
+            parts = (name, component, _spelled(unit))
+            yield Column("_".join(filter(None, parts)), unit, words, rows[:, k])
+
+
+def _spelled(unit: str) -> str:
+    """Return a unit as the end of a name: N·m as ``Nm``, rad·s as ``rad_s``, 1/s as ``per_s``."""
+    above, *below = unit.replace("N·m", "Nm").translate(_PLAIN).split("/")
+    return "_per_".join([above, *below]).removeprefix("1_")

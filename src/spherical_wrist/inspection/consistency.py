@@ -1,29 +1,32 @@
-"""What is in a recording, and whether its stored metrics are those of its series."""
+"""Consistency of a recording: its stored metrics against those of its series."""
 
-from dataclasses import asdict
 from math import isclose
 from pathlib import Path
 from typing import NamedTuple
 
+import numpy as np
+
 from spherical_wrist.errors import RecordingError
-from spherical_wrist.experiment.recordings import load_recording
-from spherical_wrist.experiment.run import Run
-from spherical_wrist.metrics import Metrics, measure
+from spherical_wrist.kinematics import rotated
+from spherical_wrist.measure.metrics import METRICS, Metrics
+from spherical_wrist.recording.runs import load_recording
+from spherical_wrist.simulation.metric_accumulator import compute_metrics
+from spherical_wrist.simulation.run import Run
 
 TOLERANCE = 1e-9
-"""Relative difference allowed to the order in which sums were taken."""
+"""Relative difference allowed to stored metrics, of recordings whose sums were taken in another order."""
 
-EXTREMES = ("max_error_rad", "max_tip_error_mm", "peak_torque_Nm", "max_tilt_rad", "peak_current_A")
-"""Metrics that a thinned series can only underestimate."""
+ROUNDING = 1e-12
+"""Difference of positions [m] that is allowed to rounding."""
 
 
 class Inspection(NamedTuple):
-    """A recording and its metrics twice.
+    """A recording with its metrics stored and recomputed.
 
     Attributes:
-        run: what was recorded.
+        run: the recorded run.
         recomputed: metrics of the recorded series. Of a thinned recording they are estimates.
-        mismatches: metrics whose stored value its series contradict.
+        mismatches: names of the metrics whose stored value contradicts the series.
     """
 
     run: Run
@@ -31,38 +34,55 @@ class Inspection(NamedTuple):
     mismatches: tuple[str, ...]
 
     def check(self) -> None:
-        """Raises where the recording contradicts itself.
+        """Refuse a recording that contradicts itself.
 
         Raises:
-            RecordingError: stored and recomputed metrics differ; the message names them.
+            RecordingError: stored and recomputed metrics differ, and the message names them; or the tool tips are not
+                those of the attitudes.
         """
         if self.mismatches:
-            stored, recomputed = asdict(self.run.metrics), asdict(self.recomputed)
-            pairs = (f"{name} stored {stored[name]}, recomputed {recomputed[name]}" for name in self.mismatches)
+            stored, again = self.run.metrics, self.recomputed
+            pairs = (f"{name} stored {stored[name]}, recomputed {again[name]}" for name in self.mismatches)
             raise RecordingError(f"the stored metrics are not those of the recorded series: {'; '.join(pairs)}")
+        if not _tips_agree(self.run):
+            raise RecordingError("the recorded tool tips are not those of the recorded attitudes")
 
 
 def inspect(path: Path | str) -> Inspection:
-    """Reads a recording and recomputes its metrics from its series.
+    """Read a recording and recompute its metrics from its series.
 
-    Of a complete recording, every metric must agree. Of a thinned one, no largest value may exceed the stored one.
+    Of a complete recording, every metric that is stored must agree. Of a thinned one, no stored extreme may be
+    exceeded. A metric that the recording predates is not stored, and recomputed only.
 
     Raises:
         RecordingError: the file is missing, truncated, damaged, or not a recording of this package.
     """
     run = load_recording(path)
-    recomputed = measure(run, run.measurement)
-    stored, again = asdict(run.metrics), asdict(recomputed)
+    again = compute_metrics(run, run.measurement)
     if run.every == 1:
-        wrong = [name for name in stored if not _equal(stored[name], again[name])]
+        wrong = [name for name, value in run.metrics.available.items() if not _equal(value, again[name])]
     else:
-        wrong = [name for name in EXTREMES if not _at_most(again[name], stored[name])]
-    return Inspection(run, recomputed, tuple(wrong))
+        wrong = [
+            name
+            for name, value in run.metrics.available.items()
+            if METRICS[name].extreme and not _at_most(again[name], value, METRICS[name].unbounded)
+        ]
+    return Inspection(run, again, tuple(wrong))
+
+
+def _tips_agree(run: Run) -> bool:
+    """True if the tips are as far apart as the attitudes say, from which the metrics are computed."""
+    lever = np.array(run.measurement.lever)
+    apart = rotated(run.attitude, lever) - rotated(run.desired_attitude, lever)
+    expected, recorded = (np.linalg.norm(vectors, axis=1) for vectors in (apart, run.tip - run.desired_tip))
+    return np.allclose(recorded, expected, rtol=TOLERANCE, atol=ROUNDING, equal_nan=True)
 
 
 def _equal(a: float | None, b: float | None) -> bool:
     return a is b if a is None or b is None else isclose(a, b, rel_tol=TOLERANCE, abs_tol=1e-300)
 
 
-def _at_most(a: float | None, b: float | None) -> bool:
-    return a is None or (b is not None and a <= b * (1.0 + TOLERANCE))
+def _at_most(again: float | None, stored: float | None, unbounded: bool) -> bool:
+    if again is None:
+        return True
+    return unbounded if stored is None else again <= stored * (1.0 + TOLERANCE)

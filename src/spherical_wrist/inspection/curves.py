@@ -45,16 +45,6 @@ def drawable(values: Array) -> Array:
     return np.where(np.abs(values) < _HUGE, values, np.nan)
 
 
-def rotation_vectors(attitudes: Array) -> Array:
-    """The shortest rotation vectors [rad] of attitudes (n, 4), (n, 3), with gaps where they jump."""
-    with np.errstate(all="ignore"):
-        w, v = attitudes[:, :1], attitudes[:, 1:]
-        sine = np.sqrt(np.square(v).sum(axis=1, keepdims=True))
-        angle = 2.0 * np.arctan2(sine, np.abs(w))
-        vectors: Array = np.where(w < 0.0, -v, v) * (angle / np.where(sine > 0.0, sine, 1.0))
-    return with_gaps(vectors)
-
-
 def with_gaps(vectors: Array) -> Array:
     """A copy of rotation vectors [rad], (n, 3), with a gap where one jumps by more than π: it passed a half turn."""
     with np.errstate(all="ignore"):

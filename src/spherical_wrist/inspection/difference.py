@@ -1,4 +1,4 @@
-"""Where two series part: array by array, the first row, the largest difference and its root mean square.
+"""Difference of two series, channel by channel: the first row that differs, the largest difference and its RMS.
 
 The difference of a row is the Euclidean norm of the difference of its vectors; of attitudes, the angle between them, in
 which q and −q are one. Two numbers are the same only where their bits are, but that one not-a-number is like another.
@@ -10,16 +10,12 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from spherical_wrist.inspection.columns import INFO
+from spherical_wrist.channels import CHANNELS, Channel
 from spherical_wrist.inspection.instants import Common, common_instants
-from spherical_wrist.simulation.series import Series
+from spherical_wrist.measure.series import Series
 
 Array = npt.NDArray[np.float64]
 Flags = npt.NDArray[np.bool_]
-
-ATTITUDES = ("attitude", "desired_attitude", "measured_attitude")
-UNITS = {**{name: unit for name, (unit, _, _) in INFO.items()}, **dict.fromkeys(ATTITUDES, "rad")}
-"""Unit of the difference of every array."""
 
 
 class Place(NamedTuple):
@@ -38,7 +34,7 @@ class Place(NamedTuple):
 
 @dataclass(frozen=True)
 class ArrayDifference:
-    """How one array of two series differs, over the instants that they have in common.
+    """Difference of one channel of two series, over the instants that they have in common.
 
     Attributes:
         name: of the array.
@@ -65,18 +61,18 @@ class ArrayDifference:
 
     @property
     def comparable(self) -> bool:
-        """Whether both series have the array, with as many components."""
+        """True if both series have the channel, with as many components."""
         return self.components[0] == self.components[1]
 
     @property
     def same(self) -> bool:
-        """Whether no row differs by more than the tolerance."""
+        """True if no row differs by more than the tolerance."""
         return self.comparable and self.beyond is None
 
 
 @dataclass(frozen=True)
 class Difference:
-    """How two series differ.
+    """Difference of two series.
 
     Attributes:
         tolerance: largest difference that counts as none, in the unit of every array; 0 asks for the same bits.
@@ -98,18 +94,18 @@ class Difference:
 
     @property
     def same(self) -> bool:
-        """Whether the series are the same, but for the tolerance and for rows that thinning left out."""
+        """True if the series are the same, but for the tolerance and for rows that thinning left out."""
         compared = self.common > 0 or self.rows == (0, 0)
         return self.whole and compared and all(array.same for array in self.arrays)
 
     @property
     def first(self) -> Place | None:
-        """Where the first of all arrays begins to differ by more than the tolerance; None where none does."""
+        """First place where any channel differs by more than the tolerance; None if none does."""
         return min((array.beyond for array in self.arrays if array.beyond is not None), default=None)
 
 
 def difference(a: Series, b: Series, tolerance: float = 0.0) -> Difference:
-    """Compares two series array by array, over the instants that both have.
+    """Compare two series array by array, over the instants that both have.
 
     Args:
         a: a series.
@@ -119,8 +115,8 @@ def difference(a: Series, b: Series, tolerance: float = 0.0) -> Difference:
     """
     common = common_instants(a.time, b.time)
     time = a.time[common.rows_a]
-    arrays_a, arrays_b = a.arrays(), b.arrays()
-    found = (_compare(name, arrays_a[name], arrays_b[name], common, time, tolerance) for name in INFO)
+    names = [name for name in (*CHANNELS, *a.channels, *b.channels) if name in a.channels or name in b.channels]
+    found = [_compare(name, a, b, common, time, tolerance) for name in dict.fromkeys(names)]
     return Difference(
         tolerance=tolerance,
         rows=(len(a), len(b)),
@@ -128,36 +124,36 @@ def difference(a: Series, b: Series, tolerance: float = 0.0) -> Difference:
         common=common.instants,
         common_span=_span(time),
         whole=common.whole,
-        arrays=tuple(each for each in found if any(each.components)),
+        arrays=tuple(found),
     )
 
 
-def sizes(name: str, a: Array, b: Array) -> Array:
-    """The difference of every row, (n,), in the unit of the array; infinite where two rows have no finite one.
+def sizes(channel: Channel, a: Array, b: Array) -> Array:
+    """Compute the difference of every row, (n,), in the unit of the channel; infinite if two rows have no finite one.
 
     Args:
-        name: of the array, which tells attitudes from vectors.
+        channel: the channel.
         a: its rows, (n,) or (n, m).
         b: likewise.
     """
     a, b = (rows.reshape(len(rows), -1) for rows in (a, b))
     with np.errstate(all="ignore"):
-        if name in ATTITUDES:
+        if channel.is_attitude:
             side = np.where(np.einsum("ij,ij->i", a, b) < 0.0, -1.0, 1.0)[:, None]
             size = 4.0 * np.arctan2(_norm(a - side * b), _norm(a + side * b))
         else:
             both_missing = np.isnan(a) & np.isnan(b)
             size = _norm(np.where((a == b) | both_missing, 0.0, a - b))
     size[~np.isfinite(size)] = np.inf
-    size[~differing(name, a, b)] = 0.0
+    size[~differing(channel, a, b)] = 0.0
     return size
 
 
-def differing(name: str, a: Array, b: Array) -> Flags:
-    """Which rows differ in a bit, (n,); of an attitude, both from q and from −q."""
+def differing(channel: Channel, a: Array, b: Array) -> Flags:
+    """Return True for rows that differ in a bit, (n,); for an attitude, both from q and from −q."""
     a, b = (np.ascontiguousarray(rows.reshape(len(rows), -1)) for rows in (a, b))
     differ = _bits_differ(a, b)
-    return differ & _bits_differ(a, -b) if name in ATTITUDES and differ.any() else differ
+    return differ & _bits_differ(a, -b) if channel.is_attitude and differ.any() else differ
 
 
 def _bits_differ(a: Array, b: Array) -> Flags:
@@ -165,15 +161,16 @@ def _bits_differ(a: Array, b: Array) -> Flags:
     return differ
 
 
-def _compare(name: str, a: Array, b: Array, common: Common, time: Array, tolerance: float) -> ArrayDifference:
-    unit, components = UNITS[name], (_components(a), _components(b))
-    if components[0] != components[1] or not common.instants or not components[0]:
+def _compare(name: str, left: Series, right: Series, common: Common, time: Array, tolerance: float) -> ArrayDifference:
+    channel = (left if name in left.channels else right).channel(name)
+    unit, components = channel.difference_unit, (_components(left, name), _components(right, name))
+    if components[0] != components[1] or not common.instants:
         return ArrayDifference(name, unit, components)
-    a, b = a[common.rows_a], b[common.rows_b]
-    differ = differing(name, a, b)
+    a, b = left.channels[name][common.rows_a], right.channels[name][common.rows_b]
+    differ = differing(channel, a, b)
     if not differ.any():
         return ArrayDifference(name, unit, components, largest=0.0, rms=0.0)
-    size = sizes(name, a, b)
+    size = sizes(channel, a, b)
     beyond = differ & ~(size <= tolerance) if tolerance > 0.0 else differ
     finite = np.isfinite(size)
     shown = size[finite]
@@ -200,8 +197,9 @@ def _at(index: int, common: Common, time: Array) -> Place:
     return Place(float(time[index]), *rows)
 
 
-def _components(array: Array) -> int:
-    return 1 if array.ndim == 1 else array.shape[1]
+def _components(series: Series, name: str) -> int:
+    array = series.channels.get(name)
+    return 0 if array is None else 1 if array.ndim == 1 else array.shape[1]
 
 
 def _span(time: Array) -> tuple[float, float] | None:

@@ -1,4 +1,4 @@
-"""How two series part over time, on logarithmic axes: one panel a unit."""
+"""Picture of the difference of two series over time, on logarithmic axes: one panel a unit."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -10,18 +10,15 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from spherical_wrist.inspection.difference import Difference, sizes
-from spherical_wrist.inspection.drawing import INK, MARK, STYLE, figure, fit_decades, line
+from spherical_wrist.inspection.drawing import INK, MARK, PALETTE, STYLE, figure, fit_decades, line
 from spherical_wrist.inspection.instants import common_instants
-from spherical_wrist.simulation.series import Series
+from spherical_wrist.measure.series import Series
 
 Array = npt.NDArray[np.float64]
 
-COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
-"""Of arrays of one unit: colours that Okabe and Ito chose for every kind of colour vision."""
-
 
 def difference_picture(a: Series, b: Series, found: Difference, names: Sequence[str]) -> Figure:
-    """Draws the difference of every array that differs, over the instants that both series have.
+    """Draw the difference of every array that differs, over the instants that both series have.
 
     Args:
         a: a series.
@@ -40,10 +37,9 @@ def difference_picture(a: Series, b: Series, found: Difference, names: Sequence[
         common = common_instants(a.time, b.time)
         time = a.time[common.rows_a]
         for panel, (unit, group) in zip(panels, groups.items(), strict=False):
-            pairs = {each: (getattr(a, each), getattr(b, each)) for each in group}
             curves = {
-                each: sizes(each, rows_a[common.rows_a], rows_b[common.rows_b])
-                for each, (rows_a, rows_b) in pairs.items()
+                each: sizes(a.channel(each), a.channels[each][common.rows_a], b.channels[each][common.rows_b])
+                for each in group
             }
             _draw(panel, time, curves, found.tolerance)
             panel.set_ylabel(f"difference [{unit}]" if unit else "difference")
@@ -63,7 +59,7 @@ def _draw(panel: Axes, time: Array, curves: Mapping[str, Array], tolerance: floa
         # what lies behind is wider, since arrays that follow from each other differ alike
         behind = place == 0 and len(curves) > 1
         width, alpha = (3.0, 0.4) if behind else (0.9, 1.0)
-        look: dict[str, Any] = {"color": COLOURS[place % len(COLOURS)], "linewidth": width, "alpha": alpha}
+        look: dict[str, Any] = {"color": PALETTE[place % len(PALETTE)], "linewidth": width, "alpha": alpha}
         if np.isnan(shown).mean() > 0.5:
             look |= {"marker": ".", "markersize": 3.0}  # rows by themselves make no line
         line(panel, time, shown, label=name.replace("_", " "), **look)

@@ -1,4 +1,4 @@
-"""How the pictures of recordings look, and how they become files; without a screen, and nothing global is touched."""
+"""Style of the pictures of recordings, and their conversion to files; without a screen or global state."""
 
 import io
 from pathlib import Path
@@ -18,6 +18,8 @@ Array = npt.NDArray[np.float64]
 
 AXES = ("#d55e00", "#009e73", "#0072b2")
 """Of x, y and z: three of the colours that Okabe and Ito chose for every kind of colour vision."""
+PALETTE = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
+"""Colours of curves that are not x, y and z, from the same source."""
 INK, MARK, LAYER = "#222222", "#cc79a7", "#f0e442"
 """Of text, of a run that ended before its time, and of the boundary layer."""
 STYLE: Any = {
@@ -86,7 +88,7 @@ def _extent(values: Array) -> float:
 
 
 def fit(panel: Axes, *shown: Array) -> None:
-    """Sets the ends of the vertical axis; where something is beyond them, a note says how far it goes."""
+    """Set the ends of the vertical axis; where something is beyond them, a note says how far it goes."""
     values = drawable(np.concatenate([each.ravel() for each in shown]))
     low, high, cut = view(values)
     panel.set_ylim(low, high)
@@ -95,7 +97,7 @@ def fit(panel: Axes, *shown: Array) -> None:
 
 
 def fit_decades(panel: Axes, sizes: Array, below: float = 0.005) -> None:
-    """Makes the vertical axis logarithmic, where there is something positive to show on it, but for a part below it."""
+    """Make the vertical axis logarithmic, where there is something positive to show on it, but for a part below it."""
     positive = sizes[sizes > 0.0]
     if not len(positive):
         return
@@ -125,6 +127,6 @@ def note(panel: Axes, text: str) -> None:
 
 
 def name(panel: Axes, title: str, figures: str = "") -> None:
-    """What a panel shows, at its upper left, and what came out, at its upper right."""
+    """Write the title of a panel at its upper left, and figures at its upper right."""
     panel.set_title(title, loc="left", weight="bold", pad=3.0)
     panel.set_title(figures, loc="right", pad=3.0, color=INK, fontsize=7.5)

@@ -4,7 +4,6 @@ import io
 import json
 import zipfile
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -12,9 +11,9 @@ import numpy as np
 import pyarrow as pa
 from pyarrow import csv, parquet
 
-from spherical_wrist.experiment.run import Run
-from spherical_wrist.inspection.columns import INFO, Column, columns
+from spherical_wrist.inspection.columns import Column, columns
 from spherical_wrist.inspection.formats import EXPORTS, check_suffix
+from spherical_wrist.simulation.run import Run
 
 ROWS = 1 << 16
 """Rows that are brought into a format at a time, which bounds the memory that takes."""
@@ -37,17 +36,17 @@ def exported(run: Run, path: Path) -> Iterator[bytes]:
 
 
 def about(run: Run) -> dict[str, str]:
-    """What a run is besides its series, as JSON by name."""
+    """Return all of a run but its series, as JSON by name."""
     outcome = run.outcome
-    told: Mapping[str, Any] = {
+    properties: Mapping[str, Any] = {
         "experiment": run.description,
         "outcome": {"status": str(outcome.status), "time_s": outcome.time, "reason": outcome.reason},
-        "metrics": asdict(run.metrics),
+        "metrics": dict(run.metrics),
         "measurement": run.measurement._asdict(),
         "versions": run.versions,
         "record_every": run.every,
     }
-    return {name: json.dumps(value, ensure_ascii=False) for name, value in told.items()}
+    return {name: json.dumps(value, ensure_ascii=False) for name, value in properties.items()}
 
 
 def _as_csv(run: Run) -> Iterator[bytes]:
@@ -75,11 +74,11 @@ def _as_parquet(run: Run) -> Iterator[bytes]:
 
 
 def _as_npz(run: Run) -> Iterator[bytes]:
-    units = json.dumps({name: unit for name, (unit, _, _) in INFO.items()}, ensure_ascii=False)
+    units = json.dumps({name: run.channel(name).unit for name in run.channels}, ensure_ascii=False)
     texts = {name: np.array(text) for name, text in {**about(run), "units": units}.items()}
     sink = _Pieces()
     with zipfile.ZipFile(sink, "w") as archive:
-        for name, array in {**run.arrays(), **texts}.items():
+        for name, array in {**run.channels, **texts}.items():
             # a name without a date, so that the same run makes the same file
             with archive.open(zipfile.ZipInfo(f"{name}.npy"), "w", force_zip64=True) as file:
                 np.lib.format.write_array(file, np.asarray(array), allow_pickle=False)
@@ -107,7 +106,7 @@ class _Pieces(io.RawIOBase):
         return len(self._pieces[-1])
 
     def taken(self) -> bytes:
-        """What was written since the last call."""
+        """Return the bytes written since the last call."""
         content = b"".join(self._pieces)
         self._pieces.clear()
         return content

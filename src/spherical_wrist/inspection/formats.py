@@ -10,7 +10,7 @@ EXPORTS = (".csv", ".parquet", ".npz")
 
 
 def check_suffix(path: Path, what: str, valid: Sequence[str]) -> None:
-    """Refuses a file whose name does not say what to make.
+    """Refuse a file whose name does not say what to make.
 
     Args:
         path: the file.

@@ -29,7 +29,7 @@ class Common(NamedTuple):
 
 
 def common_instants(a: Array, b: Array) -> Common:
-    """Finds them.
+    """Find the common instants of two series.
 
     Series of which one is thinned, or of which each is in its own way, have few instants in common and are whole all
     the same: a series goes on beyond another one where that one, at its own spacing, would have had a further row.
@@ -55,7 +55,7 @@ def _ticks(time: Array) -> npt.NDArray[np.int64]:
 
 
 def _goes_beyond(time: Array, other: Array) -> bool:
-    """Whether ``time`` has instants so early or late that ``other`` lacks a row there."""
+    """Return True if ``time`` has instants so early or late that ``other`` lacks a row there."""
     spacing = [float(times[1] - times[0]) for times in (other, time) if len(times) > 1]
     excess = max(float(other[0] - time[0]), float(time[-1] - other[-1]))
     return excess > max(_RESOLUTION, 0.999 * spacing[0] if spacing else 0.0)

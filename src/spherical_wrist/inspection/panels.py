@@ -1,55 +1,69 @@
-"""What a run did over time, one panel a quantity; those that it has nothing for are left out."""
+"""Panels of a run over time, one a quantity; those of channels that it does not have are left out."""
 
 from collections.abc import Callable, Iterator
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 from matplotlib.axes import Axes
 
-from spherical_wrist.experiment.run import Run
-from spherical_wrist.inspection.curves import BINS, drawable, rotation_vectors, with_gaps
-from spherical_wrist.inspection.drawing import AXES, INK, LAYER, figure, fit, fit_decades, line, lines, name
-from spherical_wrist.recording.hardware import hardware_curves
-from spherical_wrist.recording.layout import HARDWARE
+from spherical_wrist.channels import XYZ, Place
+from spherical_wrist.inspection.curves import BINS, drawable, with_gaps
+from spherical_wrist.inspection.drawing import AXES, INK, LAYER, PALETTE, figure, fit, fit_decades, line, lines, name
+from spherical_wrist.measure.series import Plot, in_place
+from spherical_wrist.simulation.run import Run
+from spherical_wrist.so3 import rotation_vectors
 
 Array = npt.NDArray[np.float64]
 Panel = Callable[[Axes], None]
 WIDE: dict[str, Any] = {"linewidth": 3.2, "alpha": 0.28, "marker": "", "solid_capstyle": "butt"}
 """Of a curve that lies behind another one."""
+LONGEST = 12
+"""Largest length of a symbol beside the vertical axis; the title names the quantity."""
 
-_FAULTS = {
-    "sensed_attitude": "Sensors: from true to measured attitude",
-    "sensed_rate": "Sensors: measured − true rate",
-    "made_torque": "Motors: delivered − commanded torque",
-    "current": "Currents of the coils",
-    "condition": "Condition number of the torque map",
-}
+
+class Motion(NamedTuple):
+    """Panel of the closed loop itself.
+
+    Attributes:
+        shows: channels that it shows, beside those of the phase portraits.
+        draw: draws it.
+    """
+
+    shows: frozenset[str]
+    draw: Callable[..., None]
+
+
+PORTRAYED = frozenset({"error", "rate_error"})
+"""Channels of the phase portraits."""
 
 
 def motion_panels(run: Run) -> Iterator[Panel]:
-    """Panels of the closed loop itself."""
-    yield lambda panel: _attitude(panel, run)
-    yield lambda panel: _error(panel, run)
-    yield lambda panel: _size(panel, run, "|e| [rad]", run.error, "rad")
-    yield lambda panel: _size(panel, run, "|Δp| [mm]", 1e3 * (run.tip - run.desired_tip), "mm")
-    yield lambda panel: _torque(panel, run)
-    if np.isfinite(run.surface).any():
-        yield lambda panel: _surface(panel, run)
-    slope = run.slope[np.isfinite(run.slope)]
-    if len(slope) and np.ptp(slope) > 1e-9 * np.abs(slope).max():
-        yield lambda panel: _slope(panel, run)
+    """Return the panels of the closed loop itself."""
+    for motion in _motions(run):
+        yield partial(motion.draw, run=run)
 
 
-def hardware_panels(run: Run) -> Iterator[Panel]:
-    """Panels of what sensors and motors that are not ideal do; none of ideal ones."""
-    for kind, curves in hardware_curves(run.arrays()).items():
-        yield partial(_fault, time=run.time, kind=kind, curves=curves)
+def other_panels(run: Run, *places: Place) -> list[Panel]:
+    """Return a panel for each plot of some places whose channel neither motion panels nor phase portraits show."""
+    shown = PORTRAYED.union(*(motion.shows for motion in _MOTIONS))
+    plots = [plot for plot in in_place(list(run.plots()), *places) if plot.channel.name not in shown]
+    return [partial(_plot, time=run.time, plot=plot) for plot in plots]
+
+
+def _motions(run: Run) -> Iterator[Motion]:
+    """Return the panels that a run has something to draw for; the slope has one only if it varies."""
+    for motion in _MOTIONS:
+        if "slope" in motion.shows and (("slope" not in run.channels) or _slope_is_constant(run)):
+            continue
+        if "surface" in motion.shows and "surface" not in run.channels:
+            continue
+        yield motion
 
 
 def _attitude(panel: Axes, run: Run) -> None:
-    desired, actual = rotation_vectors(run.desired_attitude), rotation_vectors(run.attitude)
+    desired, actual = (with_gaps(rotation_vectors(each)) for each in (run.desired_attitude, run.attitude))
     lines(panel, run.time, desired, **WIDE)
     lines(panel, run.time, actual)
     fit(panel, desired, actual)
@@ -64,7 +78,8 @@ def _error(panel: Axes, run: Run) -> None:
     name(panel, "Attitude error", "body frame, desired − actual")
 
 
-def _size(panel: Axes, run: Run, label: str, vectors: Array, unit: str) -> None:
+def _size(panel: Axes, run: Run, label: str, unit: str) -> None:
+    vectors = run.error if unit == "rad" else 1e3 * (run.tip - run.desired_tip)
     size = np.linalg.norm(drawable(vectors), axis=1)
     line(panel, run.time, size, color=INK)
     title, figures = ("Attitude error", "error") if unit == "rad" else ("Tool tip error", "tip_error")
@@ -82,9 +97,9 @@ def _size(panel: Axes, run: Run, label: str, vectors: Array, unit: str) -> None:
 def _torque(panel: Axes, run: Run) -> None:
     shown = [run.torque]
     words = []
-    if run.commanded_torque.size and np.nanmax(np.abs(run.commanded_torque - run.torque)) > 0.0:
-        lines(panel, run.time, run.commanded_torque, **WIDE)
-        shown.append(run.commanded_torque)
+    if "commanded_torque" in run.channels and np.nanmax(np.abs(run.command - run.torque)) > 0.0:
+        lines(panel, run.time, run.command, **WIDE)
+        shown.append(run.command)
         words.append("wide: commanded")
     lines(panel, run.time, run.torque)
     if np.any(run.disturbance):
@@ -118,9 +133,9 @@ def _surface(panel: Axes, run: Run) -> None:
             text = f"all within the {text}"
     panel.set_ylim(low, high)
     panel.set_ylabel("S [rad/s]")
-    slope = run.slope[np.isfinite(run.slope)]
-    if len(slope) and np.ptp(slope) <= 1e-9 * np.abs(slope).max():
-        text = f"slope λ = {figure(float(slope[0]))} 1/s" + (f" · {text}" if text else "")
+    if "slope" in run.channels and _slope_is_constant(run):
+        slope = run.slope[np.isfinite(run.slope)]
+        text = " · ".join(filter(None, [f"slope λ = {figure(float(slope[0]))} 1/s" if len(slope) else "", text]))
     name(panel, "Sliding surface", text)
 
 
@@ -136,16 +151,36 @@ def _slope(panel: Axes, run: Run) -> None:
     name(panel, "Slope of the surface", f"{slope.min():.4g} … {slope.max():.4g} 1/s")
 
 
-def _fault(panel: Axes, time: Array, kind: str, curves: Array) -> None:
-    _, symbol, unit = HARDWARE[kind]
-    curves = drawable(curves)
-    if curves.shape[1] == 3:
+def _slope_is_constant(run: Run) -> bool:
+    slope = run.slope[np.isfinite(run.slope)]
+    return not len(slope) or bool(np.ptp(slope) <= 1e-9 * np.abs(slope).max())
+
+
+def _plot(panel: Axes, time: Array, plot: Plot) -> None:
+    curves = drawable(plot.curves)
+    if plot.axes == list(XYZ):
         lines(panel, time, curves)
+    elif 1 < len(plot.axes) <= len(PALETTE):
+        for values, axis, colour in zip(curves.T, plot.axes, PALETTE, strict=False):
+            line(panel, time, values, color=colour, label=axis)
+        panel.legend(loc="upper right", ncols=len(PALETTE), fontsize=7.0, handlelength=1.0, columnspacing=1.0)
     else:
-        bins = max(BINS // curves.shape[1], 100)
+        bins = max(BINS // len(plot.axes), 100)
         for values in curves.T:
-            line(panel, time, values, bins, color=INK, linewidth=0.6, alpha=1.0 if curves.shape[1] == 1 else 0.35)
+            line(panel, time, values, bins, color=INK, linewidth=0.6, alpha=1.0 if len(plot.axes) == 1 else 0.35)
     fit(panel, curves)
-    panel.set_ylabel(f"{symbol} [{unit}]" if unit else symbol)
+    symbol = plot.symbol if len(plot.symbol) <= LONGEST else ""
+    panel.set_ylabel(f"{symbol} [{plot.unit}]".strip() if plot.unit else symbol)
     rms = float(np.sqrt(np.nanmean(np.square(curves).sum(axis=1)))) if np.isfinite(curves).any() else None
-    name(panel, _FAULTS[kind], "" if kind == "condition" else f"RMS {figure(rms, unit)}")
+    name(panel, plot.heading, f"RMS {figure(rms, plot.unit)}" if plot.unit else "")
+
+
+_MOTIONS = (
+    Motion(frozenset({"attitude", "desired_attitude"}), _attitude),
+    Motion(frozenset({"error"}), _error),
+    Motion(frozenset({"error"}), partial(_size, label="|e| [rad]", unit="rad")),
+    Motion(frozenset({"tip", "desired_tip"}), partial(_size, label="|Δp| [mm]", unit="mm")),
+    Motion(frozenset({"torque", "disturbance"}), _torque),
+    Motion(frozenset({"surface"}), _surface),
+    Motion(frozenset({"slope"}), _slope),
+)

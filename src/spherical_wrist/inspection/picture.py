@@ -1,4 +1,7 @@
-"""A run on one sheet: what it did over time on the left, phase portraits and hardware on the right."""
+"""Inspection sheet of a run: its motion on the left, phase portraits, sensors and motors on the right.
+
+Panels of channels that have no place of their own fill the shorter column.
+"""
 
 import textwrap
 from collections.abc import Sequence
@@ -9,24 +12,29 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from spherical_wrist.experiment.run import Run
+from spherical_wrist.channels import Place
 from spherical_wrist.inspection.drawing import AXES, MARK, STYLE
-from spherical_wrist.inspection.panels import Panel, hardware_panels, motion_panels
+from spherical_wrist.inspection.panels import Panel, motion_panels, other_panels
 from spherical_wrist.inspection.portrait import portrait
-from spherical_wrist.simulation.outcome import Status
+from spherical_wrist.loop.outcome import Status
+from spherical_wrist.simulation.run import Run
 
 ROW, WIDTH = 1.5, 11.0
 """Height of a panel and width of the sheet [in]."""
 
 
 def run_picture(run: Run, title: Sequence[str]) -> Figure:
-    """Draws a run that has at least one row.
+    """Draw a run that has at least one row.
 
     Args:
         run: the run.
         title: lines above the drawing, the first in bold: law, reference, outcome and conditions.
     """
-    motion, hardware = list(motion_panels(run)), list(hardware_panels(run))
+    motion, hardware = list(motion_panels(run)), other_panels(run, *(set(Place) - {Place.OTHER}))
+    other = other_panels(run, Place.OTHER)
+    excess = 3 + len(hardware) - len(motion)
+    split = min(max((len(other) + excess) // 2, 0), len(other))
+    motion, hardware = [*motion, *other[:split]], [*hardware, *other[split:]]
     rows = max(len(motion), 3 + len(hardware))
     with mpl.rc_context(STYLE):
         words = [part for text in title[1:] for part in textwrap.wrap(text, 150)]
@@ -52,7 +60,7 @@ def run_picture(run: Run, title: Sequence[str]) -> Figure:
 
 
 def over_time(axes: Sequence[Axes], panels: Sequence[Panel], run: Run) -> None:
-    """Draws panels over time below each other, with the steady window and the end of a run that diverged."""
+    """Draw panels over time below each other, with the steady window and the end of a run that diverged."""
     for panel, draw in zip(axes, panels, strict=True):
         draw(panel)
         begin, end = float(run.time[0]), float(run.time[-1])

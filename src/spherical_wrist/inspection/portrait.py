@@ -6,15 +6,15 @@ import numpy as np
 import numpy.typing as npt
 from matplotlib.axes import Axes
 
-from spherical_wrist.experiment.run import Run
 from spherical_wrist.inspection.curves import drawable, telling_rows, view, with_gaps
 from spherical_wrist.inspection.drawing import AXES, FEW, INK, LAYER, figure, name, note
+from spherical_wrist.simulation.run import Run
 
 Array = npt.NDArray[np.float64]
 
 
 def portrait(panel: Axes, run: Run, axis: int) -> None:
-    """Draws the true errors of an axis: pale before the steady window, with a ring where they begin.
+    """Draw the true errors of an axis: pale before the steady window, with a ring where they begin.
 
     Where the law has a surface: the line on which it is zero at the median slope, and the boundary layer around it.
     """
@@ -39,13 +39,13 @@ def portrait(panel: Axes, run: Run, axis: int) -> None:
 
 
 def _is_wool(rate: Array) -> bool:
-    """Whether a curve turns so often that its lines would run into each other: it chatters."""
+    """Return True if a curve turns so often that its lines would run into each other, as with chattering."""
     turns = np.diff(np.sign(np.diff(rate))) != 0.0
     return len(turns) > 500 and float(turns.mean()) > 0.2
 
 
 def _frame(panel: Axes, e: Array, rate: Array) -> bool:
-    """Sets the ends of both axes; returns whether something is beyond them.
+    """Set the ends of both axes; returns whether something is beyond them.
 
     A short excursion must not squeeze all else into a dot, unless the run was started far off: then it is the matter.
     """
@@ -58,7 +58,9 @@ def _frame(panel: Axes, e: Array, rate: Array) -> bool:
 
 
 def _surface(panel: Axes, run: Run, axis: int) -> str:
-    """Draws where the surface is zero; says in words what that is."""
+    """Draw where the surface is zero; says in words what that is."""
+    if "slope" not in run.channels:
+        return ""
     slopes = run.slope[:, axis][np.isfinite(run.slope[:, axis])]
     if not len(slopes):
         return ""
@@ -76,7 +78,7 @@ def _surface(panel: Axes, run: Run, axis: int) -> str:
 
 def _meaning(run: Run) -> str:
     """``S = 0``, unless the surface is known to have further terms, such as an integral."""
-    if run.measured_attitude.size:
+    if "measured_attitude" in run.channels:
         return "S = 0"  # of what was measured: nothing can be said
     rest = np.abs(run.surface - run.slope * run.error - run.rate_error)
     scale = np.abs(run.surface) + np.abs(run.rate_error)

@@ -1,18 +1,17 @@
 """A recording simulated again from what is inside it, and compared with what was recorded, bit for bit."""
 
 from collections.abc import Callable
-from dataclasses import asdict
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import NamedTuple
 
 from spherical_wrist.errors import RecordingError, WristError
 from spherical_wrist.experiment.description import Experiment
-from spherical_wrist.experiment.recordings import load_recording
-from spherical_wrist.experiment.run import Run
-from spherical_wrist.experiment.simulate import simulate
 from spherical_wrist.inspection.difference import Difference, difference
-from spherical_wrist.simulation.outcome import Status
+from spherical_wrist.loop.outcome import Status
+from spherical_wrist.recording.runs import load_recording
+from spherical_wrist.simulation.run import Run
+from spherical_wrist.simulation.simulate import simulate
 
 
 class Replay(NamedTuple):
@@ -20,7 +19,7 @@ class Replay(NamedTuple):
 
     Attributes:
         recorded: what was recorded.
-        again: what came out of it here.
+        again: result of the simulation here.
         series: how the two differ.
         metrics: names of the metrics that differ in a bit.
         circumstances: versions, C library and processor that are not those of the recording: the one then, and the
@@ -35,12 +34,12 @@ class Replay(NamedTuple):
 
     @property
     def same_outcome(self) -> bool:
-        """Whether both ended in the same way, at the same time."""
+        """True if both ended in the same way, at the same time."""
         return self.recorded.outcome == self.again.outcome
 
     @property
     def identical(self) -> bool:
-        """Whether series, metrics and outcome are the same to the last bit."""
+        """True if series, metrics and outcome are the same to the last bit."""
         return self.series.same and not self.metrics and self.same_outcome
 
 
@@ -51,13 +50,13 @@ def replay(
     progress: Callable[[float], None] | None = None,
     stop: Callable[[], bool] = lambda: False,
 ) -> Replay:
-    """Simulates a recorded run again, with the model, the motion and the Python that are in the recording.
+    """Simulate a recorded run again, with the model, the motion and the Python that are in the recording.
 
     Args:
         path: recording.
         trust: run Python code of the user's own that the recording carries. Whoever made it could have put anything
             there.
-        progress: see :func:`spherical_wrist.experiment.simulate.simulate`.
+        progress: see :func:`spherical_wrist.simulation.simulate.simulate`.
         stop: likewise; a replay that is stopped is that of a part.
 
     Raises:
@@ -65,20 +64,20 @@ def replay(
         WristError: its experiment cannot be simulated here.
     """
     recorded = load_recording(path)
-    evidence, name = recorded.evidence, f"recording {str(path)!r}"
-    if "model" not in evidence.places:
+    embedded_files, name = recorded.embedded_files, f"recording {str(path)!r}"
+    if "model" not in embedded_files.places:
         raise RecordingError(
             f"{name} was made by a version that kept no files in it: it cannot be replayed from itself"
         )
-    if evidence.code and not trust:
+    if embedded_files.code and not trust:
         raise RecordingError(
-            f"{name}: Python code that it carries would run as its {' and '.join(evidence.code)}: "
+            f"{name}: Python code that it carries would run as its {' and '.join(embedded_files.code)}: "
             "read it (wrist replay --extract DIR), and allow it with --trust"
         )
     with TemporaryDirectory() as folder:
-        evidence.unpack(Path(folder))
+        embedded_files.unpack(Path(folder))
         try:
-            experiment = Experiment(**evidence.described(recorded.description, Path(folder)))
+            experiment = Experiment(**embedded_files.described(recorded.description, Path(folder)))
         except WristError as error:
             raise RecordingError(f"{name} cannot be replayed by this version: {error}") from None
         end = recorded.outcome.time if recorded.outcome.status is Status.INTERRUPTED else None
@@ -94,7 +93,7 @@ def replay(
             return stop() or (end is not None and so_far >= end)
 
         again = simulate(experiment, record_every=recorded.every, progress=note, stop=enough)
-    then, now = asdict(recorded.metrics), asdict(again.metrics)
+    then, now = recorded.metrics.available, again.metrics
     changed = {
         what: (version, again.versions.get(what, "unknown"))
         for what, version in recorded.versions.items()
@@ -104,6 +103,6 @@ def replay(
         recorded,
         again,
         difference(recorded, again),
-        tuple(metric for metric in then if then[metric] != now.get(metric)),
+        tuple(metric for metric in then if then[metric] != now[metric]),
         changed,
     )

@@ -1,13 +1,14 @@
-"""How two runs differ: in what was asked, with what it was made, how it ended, how well it tracked, and where."""
+"""Difference of two runs: experiments, versions, outcomes, metrics and series."""
 
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from typing import Any, NamedTuple
 
-from spherical_wrist.experiment.run import Run
 from spherical_wrist.inspection.difference import Difference, difference
 from spherical_wrist.inspection.settings import Setting, differing_settings
-from spherical_wrist.simulation.outcome import Outcome
+from spherical_wrist.loop.outcome import Outcome
+from spherical_wrist.measure.metrics import METRICS
+from spherical_wrist.simulation.run import Run
 
 
 class Figure(NamedTuple):
@@ -31,15 +32,15 @@ class Figure(NamedTuple):
 
 @dataclass(frozen=True)
 class RunDifference:
-    """How two runs differ.
+    """Difference of two runs.
 
     Attributes:
-        settings: where their experiments do, and digests of files that are not the same.
+        settings: entries of the experiments that differ, and digests of files that differ.
         versions: versions that differ, both by name; None where one does not say.
-        outcomes: how either ended.
+        outcomes: outcome of either.
         metrics: of both, by name, always of the full series.
         every: either series has every so-many-th control instant.
-        series: where the series part.
+        series: difference of the series.
     """
 
     settings: tuple[Setting, ...]
@@ -51,12 +52,12 @@ class RunDifference:
 
     @property
     def same_outcome(self) -> bool:
-        """Whether both ended in the same way at the same time, for whatever reason."""
+        """True if both ended in the same way at the same time, for whatever reason."""
         return self.outcomes[0][:2] == self.outcomes[1][:2]
 
     @property
     def same(self) -> bool:
-        """Whether it is the same experiment with the same series and outcome.
+        """True if it is the same experiment with the same series and outcome.
 
         Neither versions nor the time that simulating took count, nor how much of the series was recorded.
         """
@@ -64,7 +65,7 @@ class RunDifference:
 
 
 def run_difference(a: Run, b: Run, tolerance: float = 0.0) -> RunDifference:
-    """Compares two runs.
+    """Compare two runs.
 
     Args:
         a: a run.
@@ -73,12 +74,11 @@ def run_difference(a: Run, b: Run, tolerance: float = 0.0) -> RunDifference:
     """
     names = dict.fromkeys([*a.versions, *b.versions])
     versions = {name: (a.versions.get(name), b.versions.get(name)) for name in names}
-    figures_a, figures_b = asdict(a.metrics), asdict(b.metrics)
     return RunDifference(
         settings=(*differing_settings(a.description, b.description), *_differing_files(a, b)),
         versions={name: pair for name, pair in versions.items() if pair[0] != pair[1]},
         outcomes=(a.outcome, b.outcome),
-        metrics={name: Figure(figures_a[name], figures_b[name]) for name in figures_a},
+        metrics={name: Figure(a.metrics[name], b.metrics[name]) for name in METRICS},
         every=(a.every, b.every),
         series=difference(a, b, tolerance),
     )
@@ -86,15 +86,15 @@ def run_difference(a: Run, b: Run, tolerance: float = 0.0) -> RunDifference:
 
 def _differing_files(a: Run, b: Run) -> Iterator[Setting]:
     """The files that the recordings carry and that are not the same, by digests of their contents."""
-    if a.evidence.places and b.evidence.places:
-        for name in dict.fromkeys([*a.evidence.places, *b.evidence.places]):
-            digests = [run.evidence.digest(name) for run in (a, b)]
+    if a.embedded_files.places and b.embedded_files.places:
+        for name in dict.fromkeys([*a.embedded_files.places, *b.embedded_files.places]):
+            digests = [run.embedded_files.digest(name) for run in (a, b)]
             if digests[0] != digests[1]:
                 yield Setting(f"file of {name}", "", *digests)
 
 
-def told(found: RunDifference) -> dict[str, Any]:
-    """A difference as plain tables, for JSON."""
+def to_dict(found: RunDifference) -> dict[str, Any]:
+    """Convert a difference to plain tables, for JSON."""
     series = found.series
     return {
         "same": found.same,

@@ -1,23 +1,9 @@
-"""Where the descriptions of two experiments differ."""
+"""Differences of the descriptions of two experiments."""
 
 from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
-from spherical_wrist.actuation import Actuation
-from spherical_wrist.control import Law
-from spherical_wrist.disturbance import Disturbance
-from spherical_wrist.experiment.description import Experiment
-from spherical_wrist.parameters import Member, unit_of
-from spherical_wrist.reference import Reference
-from spherical_wrist.sensing import Sensing
-
-_FAMILIES: Mapping[str, type[Member]] = {
-    "law": Law,
-    "reference": Reference,
-    "disturbance": Disturbance,
-    "sensing": Sensing,
-    "actuation": Actuation,
-}
+from spherical_wrist.recording.experiment_text import unit
 
 
 class Setting(NamedTuple):
@@ -50,25 +36,6 @@ def differing_settings(a: Mapping[str, Any], b: Mapping[str, Any]) -> tuple[Sett
         for name in sorted(names, key=_place([*a, *b]))
         if values_a.get(name) != values_b.get(name)
     )
-
-
-def unit(name: str, description: Mapping[str, Any]) -> str:
-    """The unit of a value of an experiment.
-
-    Args:
-        name: dotted, such as ``law.K``.
-        description: the experiment, whose names of laws and other parts say what parameters they have.
-    """
-    key, _, parameter = name.partition(".")
-    if key not in Experiment.model_fields:
-        return ""
-    if not parameter:
-        return unit_of(Experiment, key)
-    part, family = description.get(key), _FAMILIES.get(key)
-    if family is None or not isinstance(part, Mapping):
-        return ""
-    member = family.members.get(str(part.get("name")))
-    return unit_of(member, parameter) if member is not None and parameter in member.model_fields else ""
 
 
 def _flat(table: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:

@@ -1,1 +1,6 @@
-"""The evaluation of the source paper, regenerated: its table, its figures, and a verdict on each of its claims."""
+"""Content of the source paper that the rest of the package does not need.
+
+Wrist dynamics in angles, Denavit–Hartenberg kinematics and their inverse, Lyapunov's argument along a run
+(:mod:`~spherical_wrist.paper.lyapunov`), and the evaluation with its table, figures and claims
+(:mod:`~spherical_wrist.paper.evaluation`).
+"""

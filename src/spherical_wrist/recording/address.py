@@ -1,4 +1,4 @@
-"""Where a viewer listens, and whether one does."""
+"""Address of a viewer, and a check that one listens there."""
 
 import socket
 from typing import NamedTuple
@@ -7,13 +7,13 @@ from spherical_wrist.errors import ViewerError
 from spherical_wrist.recording.process import HOST
 
 PORT = 9876
-"""Where a viewer listens for live runs if nothing else is said."""
+"""Default port on which a viewer listens for live runs."""
 
 _PATIENCE = 3.0
 """Time in which a viewer must answer [s]."""
 
 _HELLO = b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n" + bytes((0, 0, 0, 4, 0, 0, 0, 0, 0))
-"""How a client of HTTP/2 opens, RFC 9113 section 3.4: the preface and SETTINGS without any."""
+"""First bytes of an HTTP/2 client, RFC 9113 section 3.4: the preface and an empty SETTINGS frame."""
 
 _SETTINGS = 4
 
@@ -50,7 +50,7 @@ def read_address(text: str) -> Address:
 
 
 def check_viewer(address: Address) -> None:
-    """Makes sure that a viewer listens at an address.
+    """Check that a viewer listens at an address.
 
     Raises:
         ViewerError: nobody listens there, or something else does.
@@ -68,7 +68,7 @@ def check_viewer(address: Address) -> None:
 
 
 def is_listening(port: int) -> bool:
-    """Whether anything listens on a port of this machine."""
+    """Return True if anything listens on a port of this machine."""
     try:
         with socket.create_connection((HOST, port), _PATIENCE):
             return True

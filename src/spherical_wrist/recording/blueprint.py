@@ -1,67 +1,39 @@
-"""How the viewer shows a recording."""
+"""Layout of the viewer for a recording."""
 
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-import numpy.typing as npt
 import rerun.blueprint as rrb
 
+from spherical_wrist.channels import Place
+from spherical_wrist.measure.series import Plot, Series, in_place
 from spherical_wrist.recording.geometry import Drawable
-from spherical_wrist.recording.hardware import hardware_curves
-from spherical_wrist.recording.layout import (
-    EXPERIMENT_TEXT,
-    HARDWARE,
-    METRICS_TEXT,
-    PLOTTED,
-    TIMELINE,
-    TIPS,
-    WORLD,
-    plot_entity,
-)
-from spherical_wrist.recording.plots import plotted
-from spherical_wrist.simulation.series import COLUMNS
+from spherical_wrist.recording.layout import EXPERIMENT_TEXT, METRICS_TEXT, TIMELINE, TIPS, WORLD, plot_entity
 
 TRAIL = 1.5
 """Length of the tip's trails [s]."""
 
-STACKED = 3
-"""Plots that always show; the rest share the place below them, a tab each."""
-
-ABOVE_HARDWARE = (("error",), ("surface", "rate_error", "slope"), ("torque", "disturbance"))
-"""Plots from top to bottom where the lowest place is taken by those of the hardware; those that share one are tabs."""
-
 LEGEND = 6
-"""Most curves of a plot that a legend names; more would hide them."""
+"""Largest number of curves of a plot with a legend; a longer legend would hide the curves."""
 
 _EYE = np.array([0.60, -0.79, 0.12])
 """From the middle of the wrist to the eye: that of the package's model's overview camera."""
 
 
-def blueprint(
-    wrist: Drawable,
-    arrays: Mapping[str, npt.NDArray[np.float64]],
-    ranges: Mapping[str, tuple[float, float]],
-) -> rrb.Blueprint:
-    """The layout of the viewer: the scene and the tables on the left, the plots on the right.
+def blueprint(wrist: Drawable, series: Series, ranges: Mapping[str, tuple[float, float]]) -> rrb.Blueprint:
+    """Return the layout of the viewer: the scene and the tables on the left, the plots on the right.
 
     Args:
         wrist: the eye looks at it from a distance that fits its size.
-        arrays: of the series, by name; they say which plots there are.
+        series: its channels say which plots there are.
         ranges: ends of the plots' vertical axes; one that has none is as high as its curves at any time.
     """
     tables = rrb.Horizontal(
         rrb.TextDocumentView(name="Metrics", origin=METRICS_TEXT),
         rrb.TextDocumentView(name="Experiment", origin=EXPERIMENT_TEXT),
     )
-    names, hardware = plotted(arrays), hardware_curves(arrays)
-    told = {name: (" ".join(PLOTTED[name]), COLUMNS[name]["unit"], arrays[name].shape[1]) for name in names}
-    told |= {name: (HARDWARE[name][0], HARDWARE[name][2], curves.shape[1]) for name, curves in hardware.items()}
-    views = {name: _plot(name, *what, ranges.get(name)) for name, what in told.items()}
-    if hardware:
-        stack = [*([name for name in place if name in views] for place in ABOVE_HARDWARE), list(hardware)]
-    else:
-        stack = [*([name] for name in names[:STACKED]), names[STACKED:]]
-    places = [_place([views[name] for name in place]) for place in stack if place]
+    stack = [[_plot(plot, ranges.get(plot.name)) for plot in place] for place in _stack(list(series.plots()))]
+    places = [_place(views) for views in stack if views]
     return rrb.Blueprint(
         rrb.Horizontal(
             rrb.Vertical(_scene(wrist), tables, row_shares=[1.7, 1.0]),
@@ -95,11 +67,25 @@ def _place(views: Sequence[rrb.View]) -> rrb.View | rrb.Container:
     return views[0] if len(views) == 1 else rrb.Tabs(*views, active_tab=0)
 
 
-def _plot(name: str, title: str, unit: str, curves: int, ends: tuple[float, float] | None) -> rrb.TimeSeriesView:
+def _stack(plots: Sequence[Plot]) -> list[list[Plot]]:
+    """Return the plots of every place from top to bottom; those that share a place are tabs.
+
+    Where sensors and motors have plots, these take the lowest place, together with channels that have no place of their
+    own. Otherwise the first plot of each place has it for itself, and all others share the lowest.
+    """
+    hardware, other = in_place(plots, Place.HARDWARE), in_place(plots, Place.OTHER)
+    above = [in_place(plots, place) for place in (Place.ERROR, Place.SURFACE, Place.TORQUE)]
+    if hardware:
+        return [*above, [*hardware, *other]]
+    return [*(place[:1] for place in above), [*(plot for place in above for plot in place[1:]), *other]]
+
+
+def _plot(plot: Plot, ends: tuple[float, float] | None) -> rrb.TimeSeriesView:
+    symbol = f" {plot.symbol}" if plot.channel.place <= Place.TORQUE else ""  # tabs of the lowest place are narrow
     return rrb.TimeSeriesView(
-        name=title + (f" [{unit}]" if unit else ""),
-        origin=plot_entity(name),
+        name=plot.title + symbol + (f" [{plot.unit}]" if plot.unit else ""),
+        origin=plot_entity(plot.name),
         axis_x=rrb.TimeAxis(link=rrb.components.LinkAxis.LinkToGlobal),
         axis_y=None if ends is None else rrb.ScalarAxis(range=ends),
-        plot_legend=rrb.PlotLegend(rrb.Corner2D.RightTop, visible=None if 1 < curves <= LEGEND else False),
+        plot_legend=rrb.PlotLegend(rrb.Corner2D.RightTop, visible=None if 1 < len(plot.axes) <= LEGEND else False),
     )

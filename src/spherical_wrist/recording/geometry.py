@@ -18,7 +18,7 @@ _HIDDEN_FROM = 3
 
 
 class Drawable(Protocol):
-    """What a wrist is drawn from; a :class:`~spherical_wrist.wrist.Wrist` is one."""
+    """Geometry that a wrist is drawn from; a :class:`~spherical_wrist.wrist.Wrist` is one."""
 
     @property
     def model(self) -> mujoco.MjModel:

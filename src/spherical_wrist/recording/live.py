@@ -6,16 +6,14 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Mapping
 from contextlib import suppress
 from types import TracebackType
 from typing import Any, Self
 
+from spherical_wrist.measure.series import Series
 from spherical_wrist.recording.address import Address, check_viewer
 from spherical_wrist.recording.geometry import Drawable
-from spherical_wrist.recording.layout import JSON
 from spherical_wrist.recording.relay import LOST, TAKEN, Closing, Opening, Stage, main
-from spherical_wrist.simulation.series import Series
 
 WAITING = 50_000
 """Most rows that wait for the viewer; of more, every second one is left out. A row takes 0.3 to 1 kB."""
@@ -33,16 +31,15 @@ class LiveView:
     Args:
         address: where the viewer listens.
         wrist: the plant, whose geometry is drawn.
-        properties: groups of entries, of which there is at least the experiment.
-        rows: as many rows as the run will have.
+        title: name of the recording in the viewer.
+        experiment: the experiment as Markdown.
+        rows: number of rows that the run will have.
 
     Raises:
         ViewerError: no viewer listens there.
     """
 
-    def __init__(
-        self, address: Address, wrist: Drawable, properties: Mapping[str, Mapping[str, JSON]], rows: int
-    ) -> None:
+    def __init__(self, address: Address, wrist: Drawable, title: str, experiment: str, rows: int) -> None:
         check_viewer(address)
         self._address = address
         self._changed = threading.Condition()
@@ -61,14 +58,13 @@ class LiveView:
             process_group=0,
             env={**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
         )
-        opening = Opening(
-            address.url, Stage(wrist.model, wrist.anchor, wrist.mount, list(wrist.moving)), properties, rows
-        )
+        stage = Stage(wrist.model, wrist.anchor, wrist.mount, list(wrist.moving))
+        opening = Opening(address.url, stage, title, experiment, rows)
         self._thread = threading.Thread(target=self._work, args=(opening,), name="live view", daemon=True)
         self._thread.start()
 
     def show(self, series: Series) -> None:
-        """Takes the next piece of the series; returns at once."""
+        """Take the next piece of the series; returns at once."""
         with self._changed:
             self._given += len(series)
             if self._fault:
@@ -79,7 +75,7 @@ class LiveView:
             self._changed.notify()
 
     def close(self, closing: Closing) -> str:
-        """Shows how the run ended, and says what the viewer did not show.
+        """Show how the run ended, and says what the viewer did not show.
 
         Args:
             closing: how it ended.
@@ -112,7 +108,7 @@ class LiveView:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """Leaves no process behind."""
+        """Leave no process behind."""
         self._end()
 
     def _end(self) -> None:
@@ -125,7 +121,7 @@ class LiveView:
                     pipe.close()
 
     def _work(self, opening: Opening) -> None:
-        """What the thread does: hands over what there is, waits until it is taken, and so on."""
+        """Hand over the pieces that wait, one after the other, until the run is over; run by the thread."""
         try:
             self._hand_over(opening)
             while True:
@@ -134,7 +130,7 @@ class LiveView:
                     pieces, self._waiting = self._waiting, []
                 if pieces:
                     whole = Series.joined(pieces)
-                    self._hand_over(whole.arrays())
+                    self._hand_over(whole)
                     self._taken += len(whole)
                 elif self._closing is not None:
                     self._hand_over(self._closing)
@@ -145,7 +141,7 @@ class LiveView:
                 self._waiting = []
 
     def _hand_over(self, message: Any) -> None:
-        """Sends a message to the relay and waits for the answer.
+        """Send a message to the relay and waits for the answer.
 
         Raises:
             OSError: the message did not reach the viewer; the text says why, of the viewer.

@@ -27,7 +27,7 @@ _KEPT = ("Content-Type", "rerun-final-length")
 
 @contextmanager
 def served_page(port: int, upstream: int, data: int) -> Iterator[None]:
-    """Serves the page on a port of the loopback interface.
+    """Serve the page on a port of the loopback interface.
 
     Args:
         port: where.
@@ -58,13 +58,13 @@ def served_page(port: int, upstream: int, data: int) -> Iterator[None]:
 
 
 class _Page(BaseHTTPRequestHandler):
-    """Passes on what Rerun's own server answers."""
+    """Pass on what Rerun's own server answers."""
 
     source: ClassVar[int]
     policy: ClassVar[str]
 
     def do_GET(self) -> None:
-        """Answers a request."""
+        """Answer a request."""
         connection = HTTPConnection(HOST, self.source, timeout=30.0)
         try:
             connection.request("GET", self.path)
@@ -89,4 +89,4 @@ class _Page(BaseHTTPRequestHandler):
         self.wfile.write(body)
 
     def log_message(self, format: str, *arguments: object) -> None:
-        """Says nothing of the requests."""
+        """Say nothing of the requests."""

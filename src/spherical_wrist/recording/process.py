@@ -13,34 +13,34 @@ from typing import IO
 from spherical_wrist.errors import ViewerError, one_line
 
 HOST = "127.0.0.1"
-"""Where everything listens: nobody else in the network is to see a recording."""
+"""Host on which everything listens: nobody else in the network is to see a recording."""
 
 _GRACE = 5.0
 """Time in which the program must end when it is asked to [s]; then it is killed."""
 
-_LEASH = Path(__file__).with_name("leash.py")
+_DIE_WITH_PARENT = Path(__file__).with_name("die_with_parent.py")
 
 _NO_GRAPHICS = ("graphics adapter", "render context", "wgpu", "vulkan", "libvulkan")
 
 
 class Viewer:
-    """The program while it runs.
+    """Rerun's program while it runs.
 
     Attributes:
         process: the child process.
     """
 
-    def __init__(self, process: "subprocess.Popen[bytes]", told: IO[bytes]) -> None:
+    def __init__(self, process: "subprocess.Popen[bytes]", output: IO[bytes]) -> None:
         self.process = process
-        self._told = told
+        self._output = output
 
     @property
     def running(self) -> bool:
-        """Whether it has not ended yet."""
+        """True if it has not ended yet."""
         return self.process.poll() is None
 
     def wait(self) -> None:
-        """Waits until it ends.
+        """Wait until it ends.
 
         Raises:
             ViewerError: it could not do its work.
@@ -49,9 +49,9 @@ class Viewer:
             raise self.complaint()
 
     def complaint(self) -> ViewerError:
-        """Why it ended, from what it wrote, as an error in one line."""
-        self._told.seek(0)
-        text = self._told.read().decode(errors="replace")
+        """Return the reason for its end, from its output, as an error in one line."""
+        self._output.seek(0)
+        text = self._output.read().decode(errors="replace")
         lines = [line.strip() for line in text.splitlines() if "rror" in line or "panicked" in line]
         if any(word in line.lower() for line in lines for word in _NO_GRAPHICS):
             return ViewerError(
@@ -64,7 +64,7 @@ class Viewer:
 
 @contextmanager
 def rerun_process(arguments: Sequence[str], environment: Mapping[str, str] | None = None) -> Iterator[Viewer]:
-    """Runs Rerun's program with these arguments, bound to the loopback interface, and ends it on leaving.
+    """Run Rerun's program with these arguments, bound to the loopback interface, and ends it on leaving.
 
     It sends no telemetry, and does not touch what the user has configured about that.
 
@@ -75,13 +75,13 @@ def rerun_process(arguments: Sequence[str], environment: Mapping[str, str] | Non
     Raises:
         ViewerError: the program is not there.
     """
-    # CI=true is how Rerun is told not to send telemetry for this process alone
+    # CI=true is how Rerun is asked not to send telemetry for this process alone
     variables = {**os.environ, "CI": "true", "NO_COLOR": "1", **(environment or {})}
-    command = [sys.executable, "-I", str(_LEASH), str(os.getpid()), _program(), *arguments, "--bind", HOST]
-    with tempfile.TemporaryFile() as told:
-        process = subprocess.Popen(command, env=variables, stdin=subprocess.DEVNULL, stdout=told, stderr=told)
+    command = [sys.executable, "-I", str(_DIE_WITH_PARENT), str(os.getpid()), _program(), *arguments, "--bind", HOST]
+    with tempfile.TemporaryFile() as output:
+        process = subprocess.Popen(command, env=variables, stdin=subprocess.DEVNULL, stdout=output, stderr=output)
         try:
-            yield Viewer(process, told)
+            yield Viewer(process, output)
         finally:
             _end(process)
 

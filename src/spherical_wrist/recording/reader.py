@@ -1,7 +1,8 @@
-"""Reading recordings."""
+"""Reading recordings of this format and of older ones."""
 
 import json
 from collections import defaultdict
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -10,98 +11,146 @@ import numpy as np
 import numpy.typing as npt
 from rerun.chunk import RrdReader
 
+from spherical_wrist.channels import CHANNELS, Channel, Condition, channel_of
 from spherical_wrist.errors import RecordingError, one_line
-from spherical_wrist.recording.layout import (
-    ABOUT,
-    APPLICATION,
-    ARCHIVE,
-    FORMAT,
-    HARDWARE,
-    PLOTTED,
-    SERIES,
-    TIMELINE,
-    ZIP,
-    plot_entity,
-)
+from spherical_wrist.measure.series import Series
+from spherical_wrist.recording.layout import ABOUT, APPLICATION, ARCHIVE, FORMAT, SERIES, TIMELINE, ZIP, plot_entity
 from spherical_wrist.recording.seal import check_seal
-from spherical_wrist.simulation.series import COLUMNS, EXTRAS, WIDTHS, Series
 
-_PLOTS = [*PLOTTED, *(name for name in HARDWARE if name in EXTRAS)]
-"""Arrays that may have an entity of their own."""
+Array = npt.NDArray[np.float64]
+Table = Mapping[str, npt.NDArray[Any]]
 
 
 @dataclass(frozen=True)
 class Recording:
-    """What was recorded.
+    """Contents of a recording.
 
     Attributes:
-        series: the arrays of the run, bit for bit.
+        series: the channels of the run, bit for bit.
         properties: groups of entries, as they were given.
         every: the series has every ``every``-th control instant.
-        archive: of the files that the run depends on; empty where there is none.
+        archive: archive of the files that the run depends on; empty if there is none.
+        format: number of its format; see :data:`spherical_wrist.recording.layout.FORMAT`.
     """
 
     series: Series
     properties: dict[str, dict[str, Any]]
     every: int
     archive: bytes = b""
+    format: int = FORMAT
 
 
 def read_recording(path: Path) -> Recording:
-    """Reads a recording that :func:`.write_recording` made.
+    """Read a recording that :func:`.write_recording` of this or an older version wrote.
 
     Raises:
-        RecordingError: the file is missing, truncated, damaged, or not a recording of this package.
+        RecordingError: the file is missing, truncated, damaged, of a newer format, or not a recording of this package.
     """
     check_seal(path)
     try:
-        tables = _tables(path)
-        about = tables[_path_of_properties(ABOUT)]
-        if about["format"].tolist() != [FORMAT]:
-            raise RecordingError(f"recording {str(path)!r} was written by another version; record the run again")
-        series, properties = Series(**_arrays(tables)), json.loads(str(about["properties"][0]))
+        tables = _Tables(path)
+        about = tables.components(_path_of_properties(ABOUT))
+        number = int(about["format"][0])
+        if not 1 <= number <= FORMAT:
+            raise RecordingError(
+                f"recording {str(path)!r} has format {number}; this version reads formats 1 to {FORMAT}: "
+                "take the version of spherical-wrist that wrote it, or a newer one"
+            )
+        properties = json.loads(str(about["properties"][0]))
+        if number == 1:
+            series = _series_of_format_1(tables, properties["experiment"]["law"]["name"])
+        else:
+            series = _series(tables, json.loads(str(about["channels"][0])))
         if len(series) != about["rows"][0]:
             raise RecordingError(f"recording {str(path)!r} lacks rows; record the run again")
-        archive = tables.get(_path_of_properties(ARCHIVE), {}).get(ZIP)
+        archive = tables.components(_path_of_properties(ARCHIVE)).get(ZIP)
         packed = b"" if archive is None else np.asarray(archive[0], dtype=np.uint8).tobytes()
-        return Recording(series, properties, int(about["every"][0]), packed)
+        return Recording(series, properties, int(about["every"][0]), packed, number)
     except UnicodeEncodeError:
         raise RecordingError(f"recording {str(path)!r}: Rerun cannot open a file of such a name; rename it") from None
-    except (KeyError, IndexError, ValueError, RuntimeError) as error:
+    except (KeyError, IndexError, TypeError, ValueError, RuntimeError) as error:
         raise RecordingError(f"recording {str(path)!r} cannot be read: {one_line(error, 100)}") from None
 
 
-Table = dict[str, npt.NDArray[Any]]
+def _series(tables: "_Tables", entries: Mapping[str, Mapping[str, Any]]) -> Series:
+    """Read the channels that a recording describes."""
+    described = {name: channel_of(entry, name) for name, entry in entries.items()}
+    shared = tables.components(f"/{SERIES}")
+    rows = len(shared["time"])
+    channels = {}
+    for name, channel in described.items():
+        entities = entries[name]["entities"]
+        own = [tables.components(f"/{entity}")[_SCALARS] for entity in entities if entity != SERIES]
+        flat = own[0] if len(own) == 1 else np.hstack([each.reshape(rows, -1) for each in own]) if own else shared[name]
+        channels[name] = _shaped(channel, flat, rows)
+    differing = {name: channel for name, channel in described.items() if channel != CHANNELS.get(name)}
+    return Series(channels=channels, described=differing)
 
 
-def _tables(path: Path) -> dict[str, Table]:
-    """Of every entity that counts, its components, flat."""
-    reader = RrdReader(path)
-    recordings = reader.recordings()
-    if [entry.application_id for entry in recordings] != [APPLICATION]:
-        names = ", ".join(sorted({entry.application_id for entry in recordings})) or "none"
-        raise RecordingError(f"recording {str(path)!r} was not made by spherical-wrist (applications in it: {names})")
-    content = [
-        f"/{SERIES}",
-        *(f"/{plot_entity(name)}" for name in _PLOTS),
-        _path_of_properties(ABOUT),
-        _path_of_properties(ARCHIVE),
+_STATE_OF_FORMAT_1 = {
+    "fuzzy_integral_sliding": [
+        *(3 + 20 * i for i in range(3)), *(4 + 20 * i for i in range(3)), *(5 + 20 * i for i in range(3)),
+        *(6 + 20 * i + n for i in range(3) for n in range(16)),
+        *(2 + 20 * i for i in range(3)), 1, 0,
     ]
-    parts: dict[str, list[Any]] = defaultdict(list)
-    for chunk in reader.stream(store=recordings[0]).filter(content=content):
-        parts[chunk.entity_path].append(chunk.to_record_batch())
-    return {entity: _components(batches) for entity, batches in parts.items()}
+}  # fmt: skip
+"""Columns of the state in format 1, in their present order, of laws whose order has changed."""
 
 
-def _components(batches: list[Any]) -> Table:
-    """The components of one entity, flat, with the parts of an entity that was split in the order of time."""
-    parts = defaultdict(list)
-    for batch in sorted(batches, key=_first_time):
-        for field, column in zip(batch.schema, batch.columns, strict=True):
-            if (field.metadata or {}).get(b"rerun:kind") == b"data":
-                component = field.metadata[b"rerun:component"].decode()
-                parts[component].append(column.flatten().to_numpy(zero_copy_only=False))
-    return {component: np.concatenate(pieces) for component, pieces in parts.items()}
+def _series_of_format_1(tables: "_Tables", law: str) -> Series:
+    """Read the channels of format 1, in which the surface of a law that has none is all not-a-number.
+
+    A channel is an entity of its own among the plots, or a component of the shared entity.
+    """
+    shared = tables.components(f"/{SERIES}")
+    channels = {}
+    for name, channel in CHANNELS.items():
+        flat = shared.get(name)
+        if flat is None:
+            flat = tables.components(f"/{plot_entity(name)}").get(_SCALARS)
+        if flat is None and channel.when is Condition.ALWAYS:
+            raise KeyError(name)
+        if flat is not None and not (channel.when is Condition.SURFACE and np.isnan(flat).all()):
+            channels[name] = _shaped(channel, flat, len(shared["time"]))
+    if law in _STATE_OF_FORMAT_1 and "law_state" in channels:
+        channels["law_state"] = channels["law_state"][:, _STATE_OF_FORMAT_1[law]]
+    return Series(channels=channels)
+
+
+def _shaped(channel: Channel, flat: Array, rows: int) -> Array:
+    if channel.is_scalar:
+        return flat.reshape(rows)
+    return flat.reshape(rows, len(channel.axes) if channel.axes else -1)
+
+
+_SCALARS = "Scalars:scalars"
+
+
+class _Tables:
+    """Components of the entities of a recording, flat, converted when they are asked for."""
+
+    def __init__(self, path: Path) -> None:
+        reader = RrdReader(path)
+        recordings = reader.recordings()
+        if [entry.application_id for entry in recordings] != [APPLICATION]:
+            names = ", ".join(sorted({entry.application_id for entry in recordings})) or "none"
+            raise RecordingError(
+                f"recording {str(path)!r} was not made by spherical-wrist (applications in it: {names})"
+            )
+        content = [f"/{SERIES}", f"/{plot_entity('**')}", _path_of_properties(ABOUT), _path_of_properties(ARCHIVE)]
+        self._chunks: dict[str, list[Any]] = defaultdict(list)
+        for chunk in reader.stream(store=recordings[0]).filter(content=content):
+            self._chunks[chunk.entity_path].append(chunk)
+
+    def components(self, entity: str) -> Table:
+        """Return the components of one entity by name, with the parts of a split entity in the order of time."""
+        parts = defaultdict(list)
+        for batch in sorted((chunk.to_record_batch() for chunk in self._chunks.get(entity, ())), key=_first_time):
+            for field, column in zip(batch.schema, batch.columns, strict=True):
+                if (field.metadata or {}).get(b"rerun:kind") == b"data":
+                    component = field.metadata[b"rerun:component"].decode()
+                    parts[component].append(column.flatten().to_numpy(zero_copy_only=False))
+        return {component: np.concatenate(pieces) for component, pieces in parts.items()}
 
 
 def _first_time(batch: Any) -> int:
@@ -111,14 +160,3 @@ def _first_time(batch: Any) -> int:
 
 def _path_of_properties(group: str) -> str:
     return f"/__properties/{group}"
-
-
-def _arrays(tables: dict[str, Table]) -> dict[str, npt.NDArray[np.float64]]:
-    """The arrays of the series, in their shapes."""
-    flat = dict(tables[f"/{SERIES}"])
-    flat |= {name: tables[own]["Scalars:scalars"] for name in _PLOTS if (own := f"/{plot_entity(name)}") in tables}
-    arrays = {name: flat[name].reshape(-1, WIDTHS[name]) if WIDTHS[name] else flat[name] for name in COLUMNS}
-    for name in EXTRAS:
-        extra = flat.get(name, np.empty(0))
-        arrays[name] = extra.reshape(len(arrays["time"]), -1 if extra.size else 0)
-    return arrays

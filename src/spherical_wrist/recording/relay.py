@@ -3,8 +3,8 @@
 Rerun's streams wait for a viewer that hangs, when they are closed and when their process ends, for ever. Here nothing
 but this process waits, and it can be killed.
 
-It reads pickled messages from its input: an :class:`Opening`, pieces of the series as arrays by name, and a
-:class:`Closing`; and answers each with a line, once the viewer has taken it.
+It reads pickled messages from its input: an :class:`Opening`, pieces of the series, and a :class:`Closing`; and answers
+each with a line, once the viewer has taken it.
 """
 
 import os
@@ -18,16 +18,15 @@ import numpy as np
 import numpy.typing as npt
 import rerun as rr
 
+from spherical_wrist.compat.rerun import send_blueprint
 from spherical_wrist.errors import RecordingError
-from spherical_wrist.recording import summary
+from spherical_wrist.measure.series import Series
 from spherical_wrist.recording.blueprint import blueprint
-from spherical_wrist.recording.contents import arrays_of
 from spherical_wrist.recording.layout import APPLICATION, JSON
+from spherical_wrist.recording.metrics_text import metrics_text
 from spherical_wrist.recording.plots import send_curves, send_styles
 from spherical_wrist.recording.scene import draw_motion, draw_wrist, timeline
-from spherical_wrist.recording.stream import send_blueprint
-from spherical_wrist.recording.texts import send_texts
-from spherical_wrist.simulation.series import Series
+from spherical_wrist.recording.stream import checked, send_texts
 
 TAKEN, LOST = b"taken\n", b"lost\n"
 """Answers: the viewer has it, the viewer is not there any more; anything else says what went wrong."""
@@ -37,7 +36,7 @@ _LOOK = 0.5
 
 
 class Stage(NamedTuple):
-    """What is drawn: a ``geometry.Drawable`` that can be sent."""
+    """Geometry of the wrist: a ``geometry.Drawable`` that can be pickled."""
 
     model: mujoco.MjModel
     anchor: npt.NDArray[np.float64]
@@ -46,23 +45,25 @@ class Stage(NamedTuple):
 
 
 class Opening(NamedTuple):
-    """How a run begins.
+    """First message, before the run begins.
 
     Attributes:
         url: of the viewer.
-        stage: what is drawn.
-        properties: groups of entries, of which there is at least the experiment.
-        rows: as many rows as the run will have.
+        stage: geometry of the wrist.
+        title: name of the recording in the viewer.
+        experiment: the experiment as Markdown.
+        rows: number of rows that the run will have.
     """
 
     url: str
     stage: Stage
-    properties: Mapping[str, Mapping[str, JSON]]
+    title: str
+    experiment: str
     rows: int
 
 
 class Closing(NamedTuple):
-    """How a run ended.
+    """Last message, after the run has ended.
 
     Attributes:
         properties: groups of entries, metrics and outcome among them.
@@ -81,7 +82,7 @@ class Relay:
     """A run on its way to a viewer.
 
     Args:
-        opening: how it begins.
+        opening: first message.
     """
 
     def __init__(self, opening: Opening) -> None:
@@ -90,43 +91,42 @@ class Relay:
         if not rr.is_enabled(self._stream):
             raise RecordingError("the environment switches Rerun off: unset the variable RERUN")
         self._stream.connect_grpc(opening.url)
-        self._first: dict[str, npt.NDArray[np.float64]] = {}
+        self._first: Series | None = None
         self._last: Series | None = None
 
     def open(self) -> None:
-        """Sends what does not change."""
-        properties = self._opening.properties
-        self._stream.send_recording_name(f"{summary.title(properties)} (live)")
+        """Send what does not change."""
+        self._stream.send_recording_name(f"{self._opening.title} (live)")
         draw_wrist(self._stream, self._opening.stage)
-        send_texts(self._stream, "**simulating**", summary.experiment_text(properties))
+        send_texts(self._stream, "**simulating**", self._opening.experiment)
         self._deliver()
 
     def show(self, series: Series) -> None:
-        """Sends the next piece of the series."""
-        arrays = arrays_of(series)
-        if not self._first:
-            self._first = {name: array[:1] for name, array in arrays.items()}
-            send_styles(self._stream, arrays, self._opening.rows)
-            self._arrange({})
+        """Send the next piece of the series."""
+        series = checked(series)
+        plots = list(series.plots())
+        if self._first is None:
+            self._first = series.rows(slice(1))
+            send_styles(self._stream, plots, self._opening.rows)
+            self._arrange(self._first, {})
         self._last = draw_motion(self._stream, series, self._opening.stage, self._last)
-        send_curves(self._stream, timeline(series.time), arrays)
+        send_curves(self._stream, timeline(series.time), plots)
         self._deliver()
 
     def close(self, closing: Closing) -> None:
-        """Sends how the run ended, and shows it as its recording is shown."""
-        properties = closing.properties
-        metrics = summary.metrics_text(properties, closing.rows, closing.every)
-        send_texts(self._stream, metrics, summary.experiment_text(properties))
-        if closing.ranges and self._first:
-            self._arrange(closing.ranges)
+        """Send how the run ended, and shows it as its recording is shown."""
+        metrics = metrics_text(closing.properties, closing.rows, closing.every)
+        send_texts(self._stream, metrics, self._opening.experiment)
+        if closing.ranges and self._first is not None:
+            self._arrange(self._first, closing.ranges)
         self._deliver()
         self._stream.disconnect()
 
-    def _arrange(self, ranges: Mapping[str, tuple[float, float]]) -> None:
-        send_blueprint(self._stream, blueprint(self._opening.stage, self._first, ranges))
+    def _arrange(self, first: Series, ranges: Mapping[str, tuple[float, float]]) -> None:
+        send_blueprint(self._stream, APPLICATION, blueprint(self._opening.stage, first, ranges))
 
     def _deliver(self) -> None:
-        """Waits until the viewer has everything, however long that takes.
+        """Wait until the viewer has everything, however long that takes.
 
         Raises:
             ConnectionError: the viewer is not there any more.
@@ -143,7 +143,7 @@ class Relay:
 
 
 def main() -> None:
-    """Relays one run, as the whole life of a process."""
+    """Relay one run, as the whole life of a process."""
     requests, answers = sys.stdin.buffer, sys.stdout.buffer
     relay: Relay | None = None
     try:
@@ -156,7 +156,7 @@ def main() -> None:
                 elif isinstance(message, Closing):
                     relay.close(message)
                 else:
-                    relay.show(Series(**message))
+                    relay.show(message)
                 answers.write(TAKEN)
             except ConnectionError:
                 answers.write(LOST)

@@ -1,13 +1,14 @@
 """The 3D scene: the wrist as it moves, a ghost at the desired attitude, and the trails of the tool tip."""
 
+import mujoco
 import numpy as np
 import numpy.typing as npt
 import rerun as rr
-from scipy.spatial.transform import Rotation
 
+from spherical_wrist.measure.series import Series
 from spherical_wrist.recording.geometry import Drawable, solid, visible_geoms, wires
 from spherical_wrist.recording.layout import BASE, DESIRED, TIMELINE, TIPS, WORLD, WRIST
-from spherical_wrist.simulation.series import Series
+from spherical_wrist.so3 import inverses, products
 
 ACTUAL_COLOUR, DESIRED_COLOUR = (255, 150, 50), (80, 230, 150)
 PERIOD = 0.01
@@ -18,7 +19,7 @@ _FAR = 1e6
 
 
 def draw_wrist(recording: rr.RecordingStream, wrist: Drawable) -> None:
-    """Sends what does not change: the geometry, and how the trails look."""
+    """Send what does not change: the geometry, and how the trails look."""
     recording.log(WORLD, rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
     _draw_geometry(recording, wrist)
     for entity, rgb, radius in zip(TIPS.values(), (ACTUAL_COLOUR, DESIRED_COLOUR), (0.0009, 0.0006), strict=True):
@@ -28,7 +29,7 @@ def draw_wrist(recording: rr.RecordingStream, wrist: Drawable) -> None:
 def draw_motion(
     recording: rr.RecordingStream, series: Series, wrist: Drawable, before: Series | None = None
 ) -> Series | None:
-    """Sends the motion, or the next piece of it.
+    """Send the motion, or the next piece of it.
 
     Args:
         recording: where to.
@@ -58,9 +59,9 @@ def _world_turns(attitude: npt.NDArray[np.float64], wrist: Drawable) -> npt.NDAr
     """Quaternions (x, y, z, w) that turn the wrist, as it lies in the world at its start, to attitudes (n, 4)."""
     if np.array_equal(wrist.mount, np.eye(3)):
         return np.roll(attitude, -1, axis=1)
-    mount = Rotation.from_matrix(wrist.mount)
-    turns: npt.NDArray[np.float64] = (mount * Rotation.from_quat(attitude, scalar_first=True) * mount.inv()).as_quat()
-    return turns
+    mount = np.empty(4)
+    mujoco.mju_mat2Quat(mount, wrist.mount.ravel())
+    return np.roll(products(products(mount, attitude), inverses(mount)), -1, axis=1)
 
 
 def timeline(time: npt.NDArray[np.float64]) -> rr.TimeColumn:

@@ -1,18 +1,21 @@
-"""Photographs of recordings, taken by Rerun's own viewer without a screen."""
+"""Screenshots of recordings, taken by Rerun's own viewer without a screen."""
 
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import NamedTuple, TypeVar
+from typing import TYPE_CHECKING, NamedTuple, TypeVar
 
 import numpy as np
-from rerun.experimental import ViewerClient, ViewerState
 
+from spherical_wrist.compat.rerun import connect_viewer
 from spherical_wrist.errors import ViewerError
 from spherical_wrist.recording.address import Address, free_port
 from spherical_wrist.recording.layout import TIMELINE
 from spherical_wrist.recording.process import HOST, Viewer, rerun_process
 from spherical_wrist.recording.seal import check_seal
+
+if TYPE_CHECKING:
+    from spherical_wrist.compat.rerun import ViewerClient, ViewerState
 
 _PATIENCE = 90.0
 """Longest time that anything may take [s]: drawing in software on a busy machine is slow."""
@@ -28,23 +31,23 @@ _QUIET = {
     "https_proxy": f"http://{HOST}:9",
 }
 
-Found = TypeVar("Found")
+Result = TypeVar("Result")
 
 
-class Photograph(NamedTuple):
-    """What the viewer shows.
+class Screenshot(NamedTuple):
+    """Screenshot of the viewer.
 
     Attributes:
         png: the picture.
-        reports: what the viewer's views complain of, a line each.
+        reports: complaints of the views, a line each.
     """
 
     png: bytes
     reports: tuple[str, ...]
 
 
-def photograph(path: Path, at: float | None = None, size: tuple[int, int] = (1600, 1000)) -> Photograph:
-    """Takes a picture of a recording as the viewer shows it.
+def screenshot(path: Path, at: float | None = None, size: tuple[int, int] = (1600, 1000)) -> Screenshot:
+    """Take a screenshot of a recording in the viewer.
 
     Args:
         path: a recording that this package made.
@@ -65,14 +68,14 @@ def photograph(path: Path, at: float | None = None, size: tuple[int, int] = (160
             _seek(viewer, client, state, at)
         png = _patiently(viewer, _Settled(client), "come to rest")
         state = _patiently(viewer, client.get_state, "answer")
-    return Photograph(
+    return Screenshot(
         png,
         tuple(f"{view.name}: {report.severity}: {report.summary}" for view in state.views for report in view.reports),
     )
 
 
-def _patiently(viewer: Viewer, look: Callable[[], Found | None], what: str) -> Found:
-    """Looks again and again until there is something to see."""
+def _patiently(viewer: Viewer, look: Callable[[], Result | None], what: str) -> Result:
+    """Look again and again until there is something to see."""
     deadline = time.monotonic() + _PATIENCE
     while time.monotonic() < deadline:
         if not viewer.running:
@@ -87,15 +90,15 @@ def _patiently(viewer: Viewer, look: Callable[[], Found | None], what: str) -> F
     raise ViewerError(f"the viewer did not {what} within {_PATIENCE:g} s: is the machine very busy?")
 
 
-def _loaded(address: Address) -> tuple[ViewerClient, ViewerState] | None:
-    client = ViewerClient.connect(address.url)
+def _loaded(address: Address) -> "tuple[ViewerClient, ViewerState] | None":
+    client = connect_viewer(address.url)
     state = client.get_state()
     complete = state.recordings and state.recordings[0].timelines and state.views and not state.loading
     return (client, state) if complete else None
 
 
-def _seek(viewer: Viewer, client: ViewerClient, state: ViewerState, at: float) -> None:
-    """Stops the viewer's clock at a time."""
+def _seek(viewer: Viewer, client: "ViewerClient", state: "ViewerState", at: float) -> None:
+    """Stop the viewer's clock at a time."""
     line = next(line for line in state.recordings[0].timelines if line.name == TIMELINE)
     begin, end = (line.start or 0) / 1e9, (line.end or 0) / 1e9
     if not begin <= at <= end:
@@ -106,9 +109,9 @@ def _seek(viewer: Viewer, client: ViewerClient, state: ViewerState, at: float) -
 
 
 class _Settled:
-    """Looks for two pictures in a row that are the same: then nothing is loading or fading any more."""
+    """Look for two pictures in a row that are the same: then nothing is loading or fading any more."""
 
-    def __init__(self, client: ViewerClient) -> None:
+    def __init__(self, client: "ViewerClient") -> None:
         self._client, self._before = client, b""
 
     def __call__(self) -> bytes | None:

@@ -12,7 +12,7 @@ from spherical_wrist.errors import RecordingError
 
 _MARK = "<SHA-256 "
 PLACEHOLDER = _MARK + "ghijklmnopqrstuvwxyzGHIJKLMNOPQRSTUVWXYZ!#$%&()*+,-./;=?@[]^_{|}" + ">"
-"""What a recording holds, in a property of its own, before it is sealed.
+"""Placeholder of the checksum, in a property of its own.
 
 Rerun compresses what it stores. This is left as it is, since no part of it comes twice, or is like the names and the
 hexadecimal numbers that come with a property.
@@ -37,7 +37,7 @@ def sealed(content: bytes) -> bytes:
 
 
 def check_seal(path: Path) -> None:
-    """Makes sure that a file is a recording that nothing has changed since it was written.
+    """Check that a file is a recording that nothing has changed since it was written.
 
     Raises:
         RecordingError: it cannot be read, is no recording of this package, or is truncated or damaged.

@@ -27,7 +27,7 @@ class Opened(NamedTuple):
 
 @contextmanager
 def opened_viewer(path: Path | None, port: int = PORT) -> Iterator[Opened]:
-    """Opens the native viewer, and closes it at the end of the ``with`` block.
+    """Open the native viewer, and closes it at the end of the ``with`` block.
 
     A viewer that listens on the port already shows the recording as one more, and stays.
 

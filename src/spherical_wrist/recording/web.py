@@ -14,7 +14,7 @@ from spherical_wrist.recording.process import HOST, Viewer, rerun_process
 from spherical_wrist.recording.seal import check_seal
 
 PAGE_PORT = 9090
-"""Where the page is served if nothing else is said."""
+"""Default port of the page."""
 
 _PATIENCE = 30.0
 """Longest time in which the server must be there [s]."""
@@ -36,7 +36,7 @@ class Served(NamedTuple):
 
 @contextmanager
 def served_viewer(path: Path | None, port: int = PAGE_PORT) -> Iterator[Served]:
-    """Serves the web viewer on the loopback interface, until the end of the ``with`` block.
+    """Serve the web viewer on the loopback interface, until the end of the ``with`` block.
 
     Live runs reach it where they look for a viewer, or on another port where one is there already.
 

@@ -10,7 +10,7 @@ from spherical_wrist.reference.base import Array, Reference, motion_of
 
 
 def motion_of_angles(angles: Array, rates: Array, accelerations: Array) -> npt.NDArray[Any]:
-    """The motion of R = Rx(α) Ry(β) Rz(γ) from the angles [rad] and their first and second derivatives, each (n, 3).
+    """Return the motion of R = Rx(α) Ry(β) Rz(γ) from angles [rad] and their first two derivatives, each (n, 3).
 
     With the columns of E(β, γ) = [Rzᵀ Ryᵀ x̂, Rzᵀ ŷ, ẑ], the body rate is ω = E (α̇, β̇, γ̇), and its derivative
     ω̇ = E (α̈, β̈, γ̈) + Ė (α̇, β̇, γ̇).
@@ -32,7 +32,7 @@ def motion_of_angles(angles: Array, rates: Array, accelerations: Array) -> npt.N
 
 
 def quaternion_of_angles(angles: Array) -> Array:
-    """Quaternions (n, 4) of Rx(α) Ry(β) Rz(γ) from angles [rad] (n, 3).
+    """Return quaternions (n, 4) of Rx(α) Ry(β) Rz(γ) from angles [rad] (n, 3).
 
     SciPy's ``from_euler`` gives the same, but would take a third of the time of a whole run.
     """
@@ -42,7 +42,7 @@ def quaternion_of_angles(angles: Array) -> Array:
 
 
 def motion_of_waves(time: Array, amplitude: Array, frequency: Array, phase: Array) -> npt.NDArray[Any]:
-    """The motion of angles A sin(2π f t + φ), one wave per angle; A [rad], f [Hz] and φ [rad] are (3,)."""
+    """Return the motion of angles A sin(2π f t + φ), one wave per angle; A [rad], f [Hz] and φ [rad] are (3,)."""
     omega = 2.0 * np.pi * frequency
     argument = omega * time[:, None] + phase
     angles = amplitude * np.sin(argument)

@@ -1,4 +1,4 @@
-"""What a reference is: an attitude as an exactly differentiable function of time."""
+"""Base of references: an attitude as an exactly differentiable function of time."""
 
 from collections.abc import Mapping
 from typing import Any, ClassVar
@@ -6,7 +6,6 @@ from typing import Any, ClassVar
 import numpy as np
 import numpy.typing as npt
 
-from spherical_wrist.dynamics import MOTION
 from spherical_wrist.errors import ParameterError
 from spherical_wrist.parameters import Member
 
@@ -25,11 +24,11 @@ class Reference(Member):
     subject: ClassVar[str] = ""
 
     def motion(self, time: Array) -> npt.NDArray[Any]:
-        """Attitude, body rate [rad/s] and body acceleration [rad/s²] at ``time`` [s], (n,), as an array of MOTION."""
+        """Return attitude, body rate [rad/s] and body acceleration [rad/s²] at ``time`` [s], (n,), as MOTION."""
         raise NotImplementedError("a reference needs a method motion(self, time)")
 
     def drawn(self, random: np.random.Generator) -> "Reference":
-        """This reference with everything random in it drawn: itself, where nothing is."""
+        """Return this reference with everything random in it drawn; itself if nothing is."""
         return self
 
     @classmethod
@@ -64,7 +63,7 @@ class Reference(Member):
 
 
 def _short_form(family: type[Reference], name: str) -> tuple[type[Reference], str] | None:
-    """The reference and the text that ``NAME:TEXT`` stands for; None where it does not."""
+    """Return the reference and the text that ``NAME:TEXT`` stands for; None where it does not."""
     known, colon, text = name.partition(":")
     member = family.members.get(known)
     if not colon or member is None or not issubclass(member, Reference) or not member.subject:
@@ -73,7 +72,9 @@ def _short_form(family: type[Reference], name: str) -> tuple[type[Reference], st
 
 
 def motion_of(attitude: Array, rate: Array, acceleration: Array) -> npt.NDArray[Any]:
-    """Packs quaternions (n, 4) and their derivatives, each (n, 3), into an array of MOTION (n,)."""
+    """Pack quaternions (n, 4) and their derivatives, each (n, 3), into an array of MOTION (n,)."""
+    from spherical_wrist.dynamics import MOTION  # MuJoCo, which names and parameters do without
+
     packed = np.empty(len(rate), MOTION)
     packed["attitude"] = attitude
     packed["rate"] = rate

@@ -15,7 +15,7 @@ from spherical_wrist.reference.jet import Jet, wave
 
 
 def _per_direction(value: Any) -> Any:
-    """One number stands for both directions."""
+    """Expand one number to both directions."""
     return (value, value) if isinstance(value, bool | int | float) else value
 
 
@@ -67,14 +67,19 @@ class BeatingHeart(Reference):
     twist: NonNegative = quantity(0.05, "rad", "spin about the tool with each beat, its peak")
     heart_rate: Annotated[float, Field(ge=0.5, le=4.0)] = quantity(1.5, "Hz", "beats per second, on average")
     deviation: NonNegative = quantity(0.02, "s", "standard deviation of the intervals between normal beats (SDNN)")
-    low_to_high: NonNegative = quantity(0.5, "", "power of slow (0.04–0.15 Hz) over fast (0.15–0.4 Hz) variability")
+    low_to_high: NonNegative = quantity(
+        0.5, "", "power of slow (0.04–0.15 Hz) over fast (0.15–0.4 Hz) variability", acts_with={"deviation": True}
+    )
     premature: Annotated[float, Field(ge=0, le=0.5)] = quantity(0.0, "", "probability that a beat is premature")
     coupling: Annotated[float, Field(ge=0.3, le=1)] = quantity(
-        0.6, "", "share of the interval after which a premature beat comes"
+        0.6, "", "share of the interval after which a premature beat comes", acts_with={"premature": True}
     )
     lever: Positive = quantity(0.115, "m", "distance from the joint to the tool's tip")
     seed: Annotated[int, Field(ge=0, lt=2**64)] | None = quantity(
-        None, "", "seed of variability and premature beats; the experiment's where none is given"
+        None,
+        "",
+        "seed of variability and premature beats; the experiment's where none is given",
+        acts_with={"deviation": True, "premature": True},
     )
 
     @model_validator(mode="after")
@@ -93,7 +98,7 @@ class BeatingHeart(Reference):
         return self
 
     def drawn(self, random: np.random.Generator) -> Reference:
-        """With a seed, drawn where none is given."""
+        """Return the reference with a seed, drawn if none is given."""
         return self.replaced(seed=int(random.integers(2**32))) if self.seed is None else self
 
     def motion(self, time: Array) -> npt.NDArray[Any]:
@@ -114,18 +119,18 @@ class BeatingHeart(Reference):
         )
 
     def displacement(self, time: Array) -> Array:
-        """The coordinates x and y [mm], (n, 2), of the point on the heart at ``time`` [s], (n,)."""
+        """Return the coordinates x and y [mm], (n, 2), of the point on the heart at ``time`` [s], (n,)."""
         x, y, _ = self._course(time)
         return np.stack([x.value, y.value], axis=1)
 
     def beats(self, time: Array) -> Jet:
-        """ϕ: beats since t = 0 as a continuous number, the heart rate [Hz] and its change [Hz/s]."""
+        """Return ϕ: beats since t = 0 as a continuous number, the heart rate [Hz] and its change [Hz/s]."""
         seed = self.seed or 0
         tones = variability(self.heart_rate, self.deviation, self.low_to_high, seed)
         return with_premature_beats(sinus_rhythm(time, self.heart_rate, tones), self.premature, self.coupling, seed)
 
     def _course(self, time: Array) -> tuple[Jet, Jet, Jet]:
-        """The coordinates x and y [mm], and the spin [rad]."""
+        """Return the coordinates x and y [mm], and the spin [rad]."""
         breath = wave(time, self.breath_rate)
         strength = breath.scaled(self.modulation, 1.0)
         cosine, sine = _beat(self.beats(time).scaled(2.0 * np.pi), self.harmonics)
@@ -137,7 +142,7 @@ class BeatingHeart(Reference):
 
 
 def _beat(phase: Jet, harmonics: tuple[float, ...]) -> tuple[Jet, Jet]:
-    """Σ a_k cos kϕ / Σ a_k and Σ a_k sin kϕ / Σ a_k for a phase ϕ [rad]."""
+    """Return Σ a_k cos kϕ / Σ a_k and Σ a_k sin kϕ / Σ a_k for a phase ϕ [rad]."""
     derivatives = np.zeros((2, 3, len(phase.value)))
     for k, weight in enumerate(harmonics, start=1):
         a = weight / sum(harmonics)

@@ -41,7 +41,7 @@ class Chirp(Reference):
         return motion_of_angles(value, change * omega, change * slope - value * omega**2)
 
     def turns(self, time: Array) -> Jet:
-        """ϕ in turns, its frequency ϕ̇ [Hz] and the slope ϕ̈ [Hz/s] of that, at ``time`` [s], (n,)."""
+        """Return ϕ in turns, its frequency ϕ̇ [Hz] and the slope ϕ̈ [Hz/s] of that, at ``time`` [s], (n,)."""
         fade, steady = FADE * self.length, (1.0 - FADE) * self.length
         swept, frequency, slope = self._sweep(np.minimum(time, steady))
         rest = np.clip(time - steady, 0.0, fade)
@@ -53,7 +53,7 @@ class Chirp(Reference):
         )
 
     def _sweep(self, time: Array) -> tuple[Array, Array, Array]:
-        """ϕ, ϕ̇ and ϕ̈ of the sweep without its end."""
+        """Return ϕ, ϕ̇ and ϕ̈ of the sweep without its end."""
         if self.sweep == "linear":
             c = (self.final - self.start) / ((1.0 - 0.5 * FADE) * self.length)
             return self.start * time + 0.5 * c * time**2, self.start + c * time, np.full_like(time, c)
@@ -63,7 +63,7 @@ class Chirp(Reference):
         return turns, frequency, k * frequency
 
     def _growth(self) -> float:
-        """The k [1/s] that leads to ``final``: start·exp(0.9 k length) (1 + 0.05 k length) = final.
+        """Return the k [1/s] that leads to ``final``: start·exp(0.9 k length) (1 + 0.05 k length) = final.
 
         With y = 1 + 0.05 k length, and ω(z) = W(e^z) of Lambert's W, the solution is 18 y = ω(18 + ln 18 + ln ratio).
         """

@@ -9,7 +9,7 @@ from spherical_wrist.reference.base import Array, motion_of
 
 
 def motion_of_curve(curve: Array, first: Array, second: Array) -> npt.NDArray[Any]:
-    """The motion of the attitude p/|p| along a curve p(t) of quaternions (w, x, y, z).
+    """Return the motion of the attitude p/|p| along a curve p(t) of quaternions (w, x, y, z).
 
     With the vector part Im and the conjugate p*, the body rate is ω = 2 Im(p* ṗ) / |p|², and its derivative
     ω̇ = (2 Im(p* p̈) − 2 (p·ṗ) ω) / |p|², since ṗ* ṗ has no vector part and d|p|²/dt = 2 p·ṗ. The length of p and its
@@ -27,12 +27,12 @@ def motion_of_curve(curve: Array, first: Array, second: Array) -> npt.NDArray[An
 
 
 def _dot(p: Array, q: Array) -> Array:
-    """Products p·q (n,), spelt out so that they do not depend on how many there are."""
+    """Return products p·q (n,), spelt out so that they do not depend on how many there are."""
     return p[:, 0] * q[:, 0] + p[:, 1] * q[:, 1] + p[:, 2] * q[:, 2] + p[:, 3] * q[:, 3]
 
 
 def _turning(p: Array, q: Array) -> Array:
-    """Vector parts of p* q, (n, 3)."""
+    """Return the vector parts of p* q, (n, 3)."""
     w, x, y, z = p.T
     a, b, c, d = q.T
     return np.stack(

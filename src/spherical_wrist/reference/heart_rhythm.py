@@ -1,4 +1,4 @@
-"""When a heart beats: its phase as a function of time, with heart-rate variability and premature beats."""
+"""Rhythm of a heart: its phase as a function of time, with heart-rate variability and premature beats."""
 
 from typing import NamedTuple
 
@@ -32,7 +32,7 @@ class Tones(NamedTuple):
 
 
 def variability(rate: float, deviation: float, low_to_high: float, seed: int) -> Tones:
-    """Tones with which the intervals between beats have a standard deviation.
+    """Return tones with which the intervals between beats have a standard deviation.
 
     Each band gets one random frequency in each of its equal slices, of random phase and equal size. An interval T is
     the time over which the rate integrates to one beat, T ≈ T₀ − T₀ Σ B sinc(ν T₀) cos(…), with T₀ = 1/rate and
@@ -57,7 +57,7 @@ def variability(rate: float, deviation: float, low_to_high: float, seed: int) ->
 
 
 def sinus_rhythm(time: Array, rate: float, tones: Tones) -> Jet:
-    """Beats since t = 0, as a continuous number: rate·(t + Σ B (sin(2π ν t + θ) − sin θ) / (2π ν))."""
+    """Return beats since t = 0, as a continuous number: rate·(t + Σ B (sin(2π ν t + θ) − sin θ) / (2π ν))."""
     beats, pace, change = time.copy(), np.ones_like(time), np.zeros_like(time)
     for size, frequency, phase in zip(*tones, strict=True):
         omega = 2.0 * np.pi * frequency
@@ -70,7 +70,7 @@ def sinus_rhythm(time: Array, rate: float, tones: Tones) -> Jet:
 
 
 def with_premature_beats(beats: Jet, probability: float, coupling: float, seed: int) -> Jet:
-    """The same number of beats, but that some come early and are followed by a full compensatory pause.
+    """Return the same number of beats, but that some come early and are followed by a full compensatory pause.
 
     Beats go in pairs 2m, 2m + 1. The second of a pair is premature with twice ``probability``: it comes when the
     fraction c = ``coupling`` of the interval has passed, and the beat after it when it would have come anyway, as the
@@ -104,7 +104,7 @@ def with_premature_beats(beats: Jet, probability: float, coupling: float, seed: 
 
 
 def _uniform(counters: Array, seed: int) -> Array:
-    """For each whole number its own number in [0, 1); 1 for those below zero, before the first beat."""
+    """Return for each whole number a number of its own in [0, 1); 1 for those below zero, before the first beat."""
     numbers, places = np.unique(counters, return_inverse=True)
     drawn = [
         np.random.Generator(np.random.Philox(key=seed, counter=int(number))).random() if number >= 0.0 else 1.0

@@ -39,16 +39,16 @@ class Jet:
         )
 
     def scaled(self, factor: float, offset: float = 0.0) -> "Jet":
-        """``factor`` f + ``offset``."""
+        """Return ``factor`` f + ``offset``."""
         return Jet(factor * self.value + offset, factor * self.rate, factor * self.acceleration)
 
     def through(self, value: Array, first: Array, second: Array) -> "Jet":
-        """G(f), from G and its first two derivatives at f: (G(f))¨ = G″ ḟ² + G′ f̈."""
+        """Return G(f), from G and its first two derivatives at f: (G(f))¨ = G″ ḟ² + G′ f̈."""
         return Jet(value, first * self.rate, second * self.rate**2 + first * self.acceleration)
 
 
 def wave(time: Array, frequency: float) -> Jet:
-    """sin(2π f t) at ``time`` [s], (n,)."""
+    """Return sin(2π f t) at ``time`` [s], (n,)."""
     omega = 2.0 * np.pi * frequency
     value = np.sin(omega * time)
     return Jet(value, omega * np.cos(omega * time), -(omega**2) * value)

@@ -21,7 +21,7 @@ LAST_ROW = 100_000
 
 
 def is_jigsaws(line: bytes) -> bool:
-    """Whether a line of a file is one of 76 numbers."""
+    """Return True if a line of a file has 76 numbers."""
     fields = line.split()
     if len(fields) != WIDTH:
         return False
@@ -34,7 +34,7 @@ def is_jigsaws(line: bytes) -> bool:
 
 
 def read_jigsaws(file: BinaryIO, arm: Arm) -> tuple[Array, Array]:
-    """Times [s] (n,) and rotation matrices (n, 9) of one arm.
+    """Return times [s] (n,) and rotation matrices (n, 9) of one arm.
 
     Raises:
         RowError: a row does not have 76 numbers, or there are too many rows.

@@ -9,7 +9,7 @@ Array = npt.NDArray[np.float64]
 
 
 class Way(NamedTuple):
-    """How far along a point-to-point motion is, with its derivatives by s, the fraction of the time that has passed.
+    """Progress of a point-to-point motion, with its derivatives by s, the fraction of the time that has passed.
 
     Attributes:
         way: fraction of the way, from 0 to 1.
@@ -23,7 +23,7 @@ class Way(NamedTuple):
 
 
 def minimum_jerk(s: Array) -> Way:
-    """The fraction of the way 10 s³ − 15 s⁴ + 6 s⁵ (Flash and Hogan, 1985) at s, clipped to [0, 1].
+    """Return the fraction of the way 10 s³ − 15 s⁴ + 6 s⁵ (Flash and Hogan, 1985) at s, clipped to [0, 1].
 
     Speed and change vanish at both ends, so that pieces of motion joined there have a continuous acceleration.
     """

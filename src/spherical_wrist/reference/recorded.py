@@ -1,4 +1,4 @@
-"""A motion that somebody has made before: from a file."""
+"""Recorded motion from a file."""
 
 from functools import lru_cache
 from pathlib import Path
@@ -62,7 +62,7 @@ class Recorded(Reference):
         None, "s", "time constant T of the low-pass; where none is given, 0.04 for JIGSAWS files and 0 for others"
     )
     largest_gap: Positive = quantity(0.5, "s", "longest time from row to row that is interpolated")
-    after: After = quantity("hold", "", "what follows the end")
+    after: After = quantity("hold", "", "motion after the end")
     blend: Positive = quantity(0.5, "s", "time of coming to rest, or of going back to the start")
 
     def motion(self, time: Array) -> npt.NDArray[Any]:
@@ -87,7 +87,7 @@ class Recorded(Reference):
 
 @lru_cache(maxsize=4)
 def _curve(recorded: Recorded, file: Path, _stamp: tuple[int, int]) -> Curve:
-    """The motion of a file, read anew where the file has changed."""
+    """Return the motion of a file, read anew where the file has changed."""
     recording = read_recorded(file, recorded.arm, recorded.largest_gap)
     smoothing = recorded.smoothing
     if smoothing is None:

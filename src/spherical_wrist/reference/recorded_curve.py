@@ -1,14 +1,15 @@
 """A recorded motion as a smooth curve of quaternions."""
 
-from typing import Any, Literal, NamedTuple
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
-from scipy.interpolate import BPoly, CubicSpline, PPoly, make_smoothing_spline
-from scipy.spatial.transform import Rotation
 
 from spherical_wrist.reference.curve import motion_of_curve
 from spherical_wrist.reference.recorded_rows import Array, RowError, Track
+
+if TYPE_CHECKING:
+    from scipy.interpolate import CubicSpline, PPoly
 
 WIDEST = 0.5 * np.pi
 """Largest turn from row to row [rad]: beyond it, which way it went is a guess."""
@@ -19,12 +20,12 @@ After = Literal["hold", "repeat"]
 
 
 class Treatment(NamedTuple):
-    """What is done to a recorded motion.
+    """Treatment of a recorded motion.
 
     Attributes:
         scale: factor of the angles from the mean attitude.
         smoothing: T of the low-pass 1/(1 + (ω T)⁴) [s]; 0 for none.
-        after: what follows its end.
+        after: motion after its end.
         blend: time of coming to rest, or of going back to the start [s].
     """
 
@@ -45,14 +46,14 @@ class Curve(NamedTuple):
         sign: −1 where the repetition begins with the negative of the quaternions that it should begin with.
     """
 
-    pieces: PPoly
+    pieces: "PPoly"
     first: float
     last: float
     period: float = 0.0
     sign: float = 1.0
 
     def motion(self, time: Array) -> npt.NDArray[Any]:
-        """The motion at ``time`` [s], (n,), as an array of MOTION."""
+        """Return the motion at ``time`` [s], (n,), as an array of MOTION."""
         cycle = np.floor(time / self.period) if self.period else np.zeros_like(time)
         since = np.clip(time - cycle * self.period, self.first, self.last)
         motion = motion_of_curve(self.pieces(since), self.pieces(since, 1), self.pieces(since, 2))
@@ -62,7 +63,7 @@ class Curve(NamedTuple):
 
 
 def curve_of(track: Track, treatment: Treatment) -> Curve:
-    """The curve through a recorded motion, relative to its mean attitude.
+    """Return the curve through a recorded motion, relative to its mean attitude.
 
     Rows become quaternions q₀⁻¹ q, of the sign that does not jump, with the mean q₀ weighted by the time that each row
     stands for. A cubic spline through their four numbers, taken for a direction in R⁴, is an attitude with continuous
@@ -71,11 +72,13 @@ def curve_of(track: Track, treatment: Treatment) -> Curve:
 
     Args:
         track: the motion.
-        treatment: what is done to it.
+        treatment: scale, smoothing and ends.
 
     Raises:
         RowError: rows are too far apart to know how it turned between them, or the motion cannot be scaled.
     """
+    from scipy.interpolate import CubicSpline
+
     rows = _smooth(track.time, _relative(track), treatment.smoothing)
     if treatment.scale != 1.0:
         rows = _scaled(rows, treatment.scale)
@@ -89,7 +92,9 @@ def curve_of(track: Track, treatment: Treatment) -> Curve:
 
 
 def _relative(track: Track) -> Array:
-    """Quaternions from the mean attitude, continuous, and mostly on the side of +1."""
+    """Return quaternions from the mean attitude, continuous, and mostly on the side of +1."""
+    from scipy.spatial.transform import Rotation
+
     steps = np.diff(track.time)
     weights = 0.5 * (np.append(steps, 0.0) + np.insert(steps, 0, 0.0))
     rotations = Rotation.from_quat(track.attitude, scalar_first=True)
@@ -111,6 +116,8 @@ def _smooth(time: Array, rows: Array, smoothing: float) -> Array:
         return rows
     if len(time) < 5:
         raise RowError("at least 5 rows are needed for smoothing")
+    from scipy.interpolate import make_smoothing_spline
+
     steps = np.diff(time)
     weights = 0.5 * (np.append(steps, steps[-1]) + np.insert(steps, 0, steps[0]))
     smooth = make_smoothing_spline(time, rows, w=weights, lam=smoothing**4)(time)
@@ -118,7 +125,7 @@ def _smooth(time: Array, rows: Array, smoothing: float) -> Array:
 
 
 def _scaled(rows: Array, scale: float) -> Array:
-    """exp(scale · log q), where the logarithm goes on beyond half a turn."""
+    """Return exp(scale · log q), where the logarithm goes on beyond half a turn."""
     sine = np.linalg.norm(rows[:, 1:], axis=1)
     half = np.arctan2(sine, rows[:, 0])
     if half.max() > 0.5 * AROUND:
@@ -130,12 +137,14 @@ def _scaled(rows: Array, scale: float) -> Array:
     return np.column_stack([np.cos(scale * half), factor[:, None] * rows[:, 1:]])
 
 
-def _held(spline: CubicSpline, ends: npt.NDArray[Any], blend: float) -> Curve:
-    """At rest before and after: both ends are led to rest with an acceleration that falls to zero.
+def _held(spline: "CubicSpline", ends: npt.NDArray[Any], blend: float) -> Curve:
+    """Return the curve at rest before and after: both ends are led to rest with an acceleration that falls to zero.
 
     In the tangent space at an end the curve leaves with rate v and acceleration a, and rests after the time B at
     v B/2 + a B²/12, where the polynomial that meets these six conditions is of fourth degree.
     """
+    from scipy.interpolate import BPoly
+
     last = spline.x[-1]
     still = np.zeros(4)
     (start, v, a), (end, u, b) = (_states(ends[k]) for k in range(2))
@@ -148,8 +157,10 @@ def _held(spline: CubicSpline, ends: npt.NDArray[Any], blend: float) -> Curve:
     return Curve(_joined([come, spline, go]), -blend, last + blend)
 
 
-def _closed(spline: CubicSpline, ends: npt.NDArray[Any], blend: float) -> Curve:
-    """Repeated: the end leads back to the start with continuous acceleration."""
+def _closed(spline: "CubicSpline", ends: npt.NDArray[Any], blend: float) -> Curve:
+    """Return the repeated curve: the end leads back to the start with continuous acceleration."""
+    from scipy.interpolate import BPoly
+
     last = spline.x[-1]
     start, end = (np.array(_states(ends[k])) for k in range(2))
     sign = 1.0 if start[0] @ end[0] >= 0.0 else -1.0
@@ -161,14 +172,16 @@ def _closed(spline: CubicSpline, ends: npt.NDArray[Any], blend: float) -> Curve:
 
 
 def _states(end: Any) -> tuple[Array, Array, Array]:
-    """The quaternion q and, in the space tangent to the unit quaternions there, ½ q ω and ½ q ω̇, each (4,)."""
+    """Return the quaternion q and, in the space tangent to the unit quaternions there, ½ q ω and ½ q ω̇, each (4,)."""
     w, x, y, z = q = end["attitude"]
     left = 0.5 * np.array([[-x, -y, -z], [w, -z, y], [z, w, -x], [-y, x, w]])
     return q, left @ end["rate"], left @ end["acceleration"]
 
 
-def _joined(parts: list[Any]) -> PPoly:
-    """One piecewise polynomial of fifth degree from several, each of which begins where the one before ends."""
+def _joined(parts: list[Any]) -> "PPoly":
+    """Join piecewise polynomials, each of which begins where the one before ends, into one of fifth degree."""
+    from scipy.interpolate import BPoly, PPoly
+
     pieces = [PPoly.from_bernstein_basis(part) if isinstance(part, BPoly) else part for part in parts]
     raised = [np.concatenate([np.zeros((6 - len(piece.c), *piece.c.shape[1:])), piece.c]) for piece in pieces]
     edges = [pieces[0].x[:1], *(piece.x[1:] for piece in pieces)]

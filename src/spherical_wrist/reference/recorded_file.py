@@ -1,4 +1,4 @@
-"""Recorded motions from files: CSV, Parquet, or the kinematics text of JIGSAWS, told apart by what is in them."""
+"""Recorded motions from files: CSV, Parquet, or the kinematics text of JIGSAWS, distinguished by their contents."""
 
 import csv
 import re
@@ -17,7 +17,7 @@ HEAD = 1 << 16
 
 
 class Recording(NamedTuple):
-    """What a file holds.
+    """Contents of a file.
 
     Attributes:
         track: the motion.
@@ -29,7 +29,7 @@ class Recording(NamedTuple):
 
 
 def read_recorded(path: Path, arm: Arm, largest_gap: float) -> Recording:
-    """Reads a recorded motion.
+    """Read a recorded motion.
 
     Args:
         path: CSV with a header, separated by commas, semicolons or tabs; Parquet; or JIGSAWS kinematics. A CSV or
@@ -62,7 +62,7 @@ def read_recorded(path: Path, arm: Arm, largest_gap: float) -> Recording:
 
 
 def _csv(path: Path, head: bytes) -> tuple[Array, Array]:
-    """Times (n,) and attitudes (n, 4) or (n, 9); a header may begin with ``#``, as NumPy writes it."""
+    """Read times (n,) and attitudes (n, 4) or (n, 9); a header may begin with ``#``, as NumPy writes it."""
     import pyarrow
     from pyarrow import csv as arrow
 
@@ -86,15 +86,15 @@ def _csv(path: Path, head: bytes) -> tuple[Array, Array]:
         )
         table = pyarrow.Table.from_batches(_few(reader), schema=reader.schema)
     except (pyarrow.ArrowException, ValueError, StopIteration) as error:
-        said = re.sub(
+        reason = re.sub(
             r"CSV column #(\d+)", lambda found: f"column {names[int(found[1])]!r}", one_line(error, limit=160)
         )
-        raise RowError(f"it is not CSV with numbers in its columns ({said})") from None
+        raise RowError(f"it is not CSV with numbers in its columns ({reason})") from None
     return _arrays([table.column(name) for name in wanted])
 
 
 def _few(batches: Any) -> Iterator[Any]:
-    """Record batches, up to the number of rows that are read."""
+    """Yield record batches, up to the largest number of rows."""
     rows = 0
     for batch in batches:
         rows += batch.num_rows
@@ -104,7 +104,7 @@ def _few(batches: Any) -> Iterator[Any]:
 
 
 def _parquet(path: Path) -> tuple[Array, Array]:
-    """Times (n,) and attitudes (n, 4) or (n, 9)."""
+    """Read times (n,) and attitudes (n, 4) or (n, 9)."""
     import pyarrow
     from pyarrow import parquet
 
@@ -125,7 +125,7 @@ def _parquet(path: Path) -> tuple[Array, Array]:
 
 
 def _arrays(columns: list[Any]) -> tuple[Array, Array]:
-    """Columns as float64 arrays, dates as seconds since the first; what is empty in them becomes not-a-number."""
+    """Return columns as float64 arrays: dates as seconds since the first, empty cells as not-a-number."""
     time, *values = (np.asarray(column.to_numpy()) for column in columns)
     if time.dtype.kind in "mM":
         time = (time - time[:1]) / np.timedelta64(1, "s") if len(time) else time

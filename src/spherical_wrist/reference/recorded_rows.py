@@ -5,7 +5,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
-from scipy.spatial.transform import Rotation
 
 from spherical_wrist.errors import ParameterError
 
@@ -36,11 +35,11 @@ class Track(NamedTuple):
 
 
 class RowError(ParameterError):
-    """A recorded motion is not what it should be; the reader adds the name of the file."""
+    """A recorded motion is not valid; the reader adds the name of the file."""
 
 
 def columns_of(names: Iterable[str]) -> list[int]:
-    """Numbers of the columns that hold the time and the attitude (4 or 9 of them), by their names in any case.
+    """Return the numbers of the columns of time and attitude (4 or 9 of them), by their names in any case.
 
     Raises:
         RowError: they are not there, or one of them is there twice.
@@ -61,7 +60,7 @@ def columns_of(names: Iterable[str]) -> list[int]:
 
 
 def track_of(time: Array, values: Array, largest_gap: float) -> Track:
-    """The motion of rows.
+    """Return the motion of rows.
 
     Args:
         time: times [s], (n,), of any origin.
@@ -84,7 +83,7 @@ def track_of(time: Array, values: Array, largest_gap: float) -> Track:
 
 
 def too_long() -> RowError:
-    """The complaint about more rows than are read."""
+    """Return the complaint about more rows than are read."""
     return RowError(f"it has more than {LAST_ROW} rows; cut it, or keep every so-many-th row")
 
 
@@ -96,21 +95,23 @@ def _quaternions(values: Array) -> Array:
 
 
 def _from_matrices(values: Array) -> Array:
-    """Of the rotations nearest to them."""
-    said = f"has a matrix that is not a rotation to within {TOLERANCE:g}"
-    _refuse(np.abs(values).max(axis=1) > 2.0, said)
+    """Return quaternions (n, 4) of the rotations nearest to matrices (n, 9)."""
+    from scipy.spatial.transform import Rotation
+
+    fault = f"has a matrix that is not a rotation to within {TOLERANCE:g}"
+    _refuse(np.abs(values).max(axis=1) > 2.0, fault)
     matrices = values.reshape(-1, 3, 3)
     far = np.abs(matrices.transpose(0, 2, 1) @ matrices - np.eye(3)).max(axis=(1, 2)) > TOLERANCE
-    _refuse(far | (np.linalg.det(matrices) < 0.0), said)
+    _refuse(far | (np.linalg.det(matrices) < 0.0), fault)
     return np.asarray(Rotation.from_matrix(matrices).as_quat(scalar_first=True))
 
 
-def _refuse(wrong: Any, said: str, first: int = 1) -> None:
-    """Complains of the first row that is wrong; ``first`` is the number of the first one."""
+def _refuse(wrong: Any, fault: str, first: int = 1) -> None:
+    """Complain of the first row that is wrong; ``first`` is the number of the first one."""
     if wrong.any():
         rows = np.flatnonzero(wrong)
         more = f" (and {len(rows) - 1} more)" if len(rows) > 1 else ""
-        raise RowError(f"data row {rows[0] + first} {said}{more}")
+        raise RowError(f"data row {rows[0] + first} {fault}{more}")
 
 
 def _listed(names: list[str]) -> str:

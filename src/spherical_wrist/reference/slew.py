@@ -4,7 +4,6 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from scipy.spatial.transform import Rotation
 
 from spherical_wrist.parameters import NonNegative, Positive, Vector, quantity
 from spherical_wrist.reference.base import Array, Reference, motion_of
@@ -41,5 +40,7 @@ class Step(Reference):
 
 
 def quaternion_of_vectors(vectors: Array) -> Array:
-    """Quaternions (n, 4) of rotation vectors [rad] (n, 3)."""
+    """Return quaternions (n, 4) of rotation vectors [rad] (n, 3)."""
+    from scipy.spatial.transform import Rotation
+
     return np.asarray(Rotation.from_rotvec(vectors).as_quat(scalar_first=True))

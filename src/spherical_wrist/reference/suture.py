@@ -5,7 +5,6 @@ from typing import Annotated, Any
 import numpy as np
 import numpy.typing as npt
 from pydantic import AfterValidator
-from scipy.spatial.transform import Rotation
 
 from spherical_wrist.parameters import NonNegative, Positive, Vector, quantity
 from spherical_wrist.reference.base import Array, Reference, motion_of
@@ -57,7 +56,9 @@ class Suture(Reference):
         return motion_of(self._turned(angle * a), rate * a, acceleration * a)
 
     def _turned(self, vectors: Array) -> Array:
-        """Quaternions of exp(approach) exp(v), the factors multiplied out so that their sign never jumps."""
+        """Return quaternions of exp(approach) exp(v), the factors multiplied out so that their sign never jumps."""
+        from scipy.spatial.transform import Rotation
+
         w, x, y, z = quaternion_of_vectors(vectors).T
         a, b, c, d = Rotation.from_rotvec(self.approach).as_quat(scalar_first=True)
         return np.stack(

@@ -1,1 +1,1 @@
-"""What a campaign has shown, with how sure one can be of it, as a page that needs nothing else."""
+"""Reports of campaigns: figures with confidence intervals, as a self-contained page."""

@@ -45,7 +45,7 @@ DIGITS = 9
 
 
 class Curves(NamedTuple):
-    """What the pictures show besides.
+    """Data of the pictures that the summary does not have.
 
     Attributes:
         distributions: of each figure, by law: values and the shares of episodes up to them.
@@ -59,7 +59,7 @@ class Curves(NamedTuple):
 
 
 def findings(folder: Folder, bound: float) -> tuple[dict[str, Any], Curves]:
-    """What a campaign has shown, as the object that is described above, and curves to draw.
+    """Return the results of a campaign, as the object that is described above, and curves to draw.
 
     Args:
         folder: the campaign's folder; it need not be complete.

@@ -1,4 +1,4 @@
-"""How sure one can be: confidence intervals that suppose nothing about the distribution of what is measured.
+"""Confidence intervals that assume nothing about the distribution of what is measured.
 
 They hold for independent samples. Points of a Sobol sequence or a Latin hypercube are spread more evenly than that,
 which makes the estimates better and the intervals wider than need be.
@@ -13,7 +13,7 @@ CONFIDENCE = 0.95
 
 
 class Ranks(NamedTuple):
-    """Which order statistics, counted from 1, are a quantile and the ends of its interval; None for an open end."""
+    """Order statistics, counted from 1, of a quantile and of the ends of its interval; None for an open end."""
 
     value: int
     low: int | None
@@ -75,7 +75,7 @@ class Correlation(NamedTuple):
 
 
 def rank_correlation(rho: float, count: int) -> Correlation | None:
-    """What Spearman's ρ of so many pairs says; nothing of fewer than four.
+    """Return Spearman's ρ of so many pairs with its interval; nothing of fewer than four.
 
     The interval is symmetric in atanh ρ, with the variance (1 + ρ²/2)/(n − 3) of Bonett and Wright (2000); p is that of
     Student's t with n − 2 degrees of freedom for ρ √((n − 2)/(1 − ρ²)), as in ``scipy.stats.spearmanr``.

@@ -1,42 +1,163 @@
-"""The page: one HTML file that needs no network, no script and no other file."""
+"""Report page: one HTML file that needs no network, no script and no other file.
 
-from collections.abc import Iterator, Mapping
-from html import escape
-from importlib.resources import files
+The templates in ``templates/`` hold the page; here is what they show besides the summary of the campaign.
+"""
+
+from collections.abc import Mapping
 from typing import Any
 
-from spherical_wrist.report.closing import methods, worst
-from spherical_wrist.report.dependence import dependence
+from jinja2 import Environment, PackageLoader, StrictUndefined
+
+from spherical_wrist.measure.metrics import METRICS
+from spherical_wrist.report import parts
 from spherical_wrist.report.findings import Curves
-from spherical_wrist.report.laws import failures, law_against_law, precision
-from spherical_wrist.report.opening import opening
+from spherical_wrist.report.pictures import Picture, against_parameter, bars, distribution, exceedance, look
+from spherical_wrist.report.sensitivity import EVEN
+from spherical_wrist.report.table import FIGURES
+
+ERROR = METRICS[FIGURES["error"]]
+"""Metric by which episodes and laws are compared."""
+
+RATES = {
+    "diverged": "diverged",
+    "failed": "failed: the law raised, or gave no torque",
+    "exceeding": "beyond the bound, or not completed",
+    "invalid": "invalid: could not be simulated",
+}
+MISSING = {"diverged": "diverged", "failed": "failed", "invalid": "was invalid"}
+"""Words for rates that are zero for all laws."""
 
 
-def page(told: Mapping[str, Any], curves: Curves) -> str:
-    """The page of a report.
+def page(summary: Mapping[str, Any], curves: Curves) -> str:
+    """Render the page of a report.
 
     Args:
-        told: what it says, as :mod:`spherical_wrist.report.findings` tells it.
-        curves: what its pictures show.
+        summary: of the campaign, by :func:`spherical_wrist.report.findings.findings`.
+        curves: data of the pictures.
     """
-    title = f"Campaign {told['campaign']['folder'].rstrip('/').rpartition('/')[2]}"
-    style = files("spherical_wrist.report").joinpath("page.css").read_text(encoding="utf-8")
-    body = "\n".join(_sections(told, curves))
-    return (
-        '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
-        '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
-        f"<title>{escape(title)}</title>\n<style>\n{style}</style>\n</head>\n<body>\n<h1>{escape(title)}</h1>\n{body}\n"
-        "</body>\n</html>\n"
+    campaign, laws = summary["campaign"], list(summary["laws"])
+    bound = f"{summary['bound_mm']:g} mm"
+    used = [key for key in RATES if key == "exceeding" or any(_rate(summary, law, key)["count"] for law in laws)]
+    environment = Environment(
+        loader=PackageLoader("spherical_wrist.report"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+    )
+    filters = (parts.breakable, parts.grouped, parts.percent, parts.setting)
+    environment.filters.update({each.__name__: each for each in filters})
+    functions = (parts.number, parts.percent, parts.ratio, parts.interval, parts.mark)
+    environment.globals.update({each.__name__: each for each in functions})
+    return environment.get_template("page.html").render(
+        title=f"Campaign {campaign['folder'].rstrip('/').rpartition('/')[2]}",
+        summary=summary,
+        laws=laws,
+        several=len(laws) > 1,
+        bound=bound,
+        **_best(summary),
+        varied=_varied(campaign),
+        metrics={name: METRICS[metric] for name, metric in FIGURES.items()},
+        precision=_precision(summary, curves),
+        rates={key: RATES[key].replace("the bound", bound) for key in used},
+        missing=_listed([MISSING[key] for key in MISSING if key not in used]),
+        pairs={(pair["law"], pair["other"]): pair for pair in summary["pairs"]},
+        dependence=_dependence(summary, curves) if curves.parameters else None,
+        above_worst=_above_worst(summary),
+        even=campaign["design"] in EVEN,
     )
 
 
-def _sections(told: Mapping[str, Any], curves: Curves) -> Iterator[str]:
-    yield opening(told)
-    yield precision(told, curves)
-    yield failures(told)
-    if len(told["laws"]) > 1:
-        yield law_against_law(told)
-    if curves.parameters:
-        yield dependence(told, curves)
-    yield worst(told)
-    yield methods(told)
+def _rate(summary: Mapping[str, Any], law: str, key: str) -> Mapping[str, Any]:
+    rate: Mapping[str, Any] = summary["laws"][law]["rates"][key]
+    return rate
+
+
+def _best(summary: Mapping[str, Any]) -> dict[str, Any]:
+    """Find the law with the smallest median error, and the one that exceeds the bound least often; None if unknown."""
+    laws = {law: row for law, row in summary["laws"].items() if row["quantiles"][ERROR.name]}
+    medians = {law: row["quantiles"][ERROR.name]["median"]["value"] for law, row in laws.items()}
+    shares = {law: row["rates"]["exceeding"]["share"] for law, row in laws.items()}
+    best = min((law for law in laws if medians[law] is not None), key=lambda law: medians[law], default=None)
+    safest = min(laws, key=lambda law: (shares[law], medians[law] is None, medians[law]), default=None)
+    return {
+        "best": None if best is None else {"law": best, "median": medians[best]},
+        "safest": None if safest is None else {"law": safest, "share": shares[safest]},
+    }
+
+
+def _varied(campaign: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the distributions by parameter with its unit; one for all axes ends in a star."""
+    units = {**{f"{name[:-1]}*": unit for name, unit in campaign["units"].items()}, **campaign["units"]}
+    return {parts.with_unit(name, units): parts.drawn(given) for name, given in campaign["varied"].items()}
+
+
+def _precision(summary: Mapping[str, Any], curves: Curves) -> list[Picture]:
+    """Draw the distributions of the metrics."""
+    shown = curves.distributions
+    error, tip, chattering = (METRICS[name] for name in FIGURES.values())
+    lost = any(row["measured"] > row["completed"] for row in summary["laws"].values())
+    note = " A curve that ends below 1 is of a law that did not complete every episode." if lost else ""
+    return [
+        distribution(
+            shown[error.name], error.label_and_unit, f"Share of episodes whose RMS error is up to a value.{note}"
+        ),
+        exceedance(
+            shown[tip.name],
+            tip.label_and_unit,
+            summary["bound_mm"],
+            "Share of episodes in which the tool tip strays further than a value; dashed: the bound.",
+        ),
+        distribution(
+            shown[chattering.name],
+            chattering.label_and_unit,
+            f"Share of episodes whose chattering is up to a value.{note}",
+        ),
+    ]
+
+
+def _listed(words: list[str]) -> str:
+    return " or ".join(filter(None, [", ".join(words[:-1]), *words[-1:]]))
+
+
+def _dependence(summary: Mapping[str, Any], curves: Curves) -> dict[str, Any]:
+    """Draw the share that each parameter explains, and the error against each, the most important first."""
+    units = summary["campaign"]["units"]
+
+    def explained(name: str) -> float:
+        """Return the largest share that a parameter explains under any law."""
+        rows = (row for found in summary["sensitivity"].values() for row in found if row["parameter"] == name)
+        return max((row["sobol"]["value"] or 0.0 for row in rows), default=0.0)
+
+    order = sorted(units, key=lambda name: -explained(name))
+    ordered = {
+        law: sorted(found, key=lambda row: order.index(row["parameter"]))
+        for law, found in summary["sensitivity"].items()
+    }
+    medians = {law: row["quantiles"][ERROR.name].get("median") for law, row in summary["laws"].items()}
+    middles = {law: each["value"] for law, each in medians.items() if each and each["value"] is not None}
+    shown = "median, and 90 % as thin lines" if len(ordered) > 1 else "median, and the band from 10 % to 90 %"
+    return {
+        "shares": [
+            bars(rows, look(position)[0], f"Shares that parameters explain of the error of {law}.")
+            for position, (law, rows) in enumerate(ordered.items())
+        ],
+        "rows": {
+            law: [{**row, "name": parts.with_unit(row["parameter"], units)} for row in rows]
+            for law, rows in ordered.items()
+        },
+        "pictures": [
+            against_parameter(
+                curves.bands[name], middles, parts.with_unit(name, units), f"Error against {name}: {shown}."
+            )
+            for name in order
+        ],
+    }
+
+
+def _above_worst(summary: Mapping[str, Any]) -> dict[str, Any] | None:
+    """Return the share of all wrists that may be worse than the worst of the largest sample; None if unknown."""
+    largest = max(summary["laws"].values(), key=lambda row: row["measured"])
+    share = largest["quantiles"][ERROR.name].get("worst", {}).get("above")
+    return None if share is None else {"share": share, "episodes": largest["measured"]}

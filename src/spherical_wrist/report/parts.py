@@ -1,127 +1,103 @@
-"""Pieces of HTML: everything that comes from outside is escaped, and figures carry their full value."""
+"""Figures and texts as HTML. Markup escapes all that is put into it; an element of a figure carries its full value."""
 
-from collections.abc import Iterable, Mapping, Sequence
-from html import escape
+from collections.abc import Callable, Mapping
 from typing import Any
 
-from spherical_wrist.report.pictures import Picture, look
+from markupsafe import Markup, escape
 
-NEVER = "did not complete"
+from spherical_wrist.report.pictures import look
+
+NOT_COMPLETED = "did not complete"
 
 
-def number(value: float | None, none: str = NEVER, unit: str = "") -> str:
-    """A figure with three digits; the element has its full value.
+def number(value: float | None, none: str = NOT_COMPLETED, unit: str = "") -> Markup:
+    """Format a figure with three digits.
 
     Args:
         value: the figure.
-        none: what to say where there is none.
-        unit: behind it.
+        none: text for None.
+        unit: text behind the figure.
     """
     if value is None:
-        return f'<span class="none">{escape(none)}</span>'
-    return f'<data value="{value!r}">{written(value)}{escape(unit)}</data>'
+        return Markup('<span class="none">{}</span>').format(none)
+    return Markup('<data value="{!r}">{}{}</data>').format(value, written(value), unit)
 
 
-def written(value: float, *, short: bool = False) -> str:
-    """Three digits, as a person writes them: 0.0120, 1.23·10⁻⁴; where it shall be short, without zeros at the end."""
+def ratio(value: float | None) -> Markup:
+    """Format the ratio of two errors; None is infinite."""
+    return number(value, "∞")
+
+
+def written(value: float, *, short: bool = False) -> Markup:
+    """Format a number with three digits: 0.0120, 1.23·10⁻⁴; a short one with up to four, without trailing zeros."""
     if short and (value == 0.0 or 1e-3 <= abs(value) < 1e4):
-        return f"{value:.4g}".replace("-", "−")
+        return _with_minus(f"{value:.4g}")
     if value == 0.0 or 1e-3 <= abs(value) < 1e4:
-        shown = "0" if value == 0.0 else f"{value:#.3g}".rstrip(".") if abs(value) < 1e3 else f"{value:.0f}"
-        return shown.replace("-", "−")
+        return _with_minus("0" if value == 0.0 else f"{value:#.3g}".rstrip(".") if abs(value) < 1e3 else f"{value:.0f}")
     mantissa, _, exponent = f"{value:.2e}".partition("e")
-    return f"{mantissa}·10<sup>{int(exponent)}</sup>".replace("-", "−")
+    return Markup("{}·10<sup>{}</sup>").format(_with_minus(mantissa), _with_minus(f"{int(exponent)}"))
 
 
-def percent(value: float | None) -> str:
-    """A share in percent, with three digits."""
+def percent(value: float | None) -> Markup:
+    """Format a share in percent with three digits."""
     if value is None:
         return number(None, "—")
     digits = 3 if value < 0.9995 else 5
     shown = f"{100.0 * value:.0f}" if value in (0.0, 1.0) else f"{100.0 * value:#.{digits}g}".rstrip(".")
-    return f'<data value="{value!r}">{shown} %</data>'
+    return Markup('<data value="{!r}">{} %</data>').format(value, shown)
 
 
-def interval(low: float | None, high: float | None, write: Any = number) -> str:
-    """The ends of an interval, small; an open end is told as such, and nothing where both are open."""
+def interval(low: float | None, high: float | None, write: Callable[[float | None], Markup] = number) -> Markup:
+    """Format the ends of an interval in small type; empty if both ends are open."""
     if low is None and high is None:
-        return ""
+        return Markup("")
     if high is None:
-        return f"<small>from {write(low)}</small>"
+        return Markup("<small>from {}</small>").format(write(low))
     if low is None:
-        return f"<small>to {write(high)}</small>"
-    return f"<small>{write(low)} to {write(high)}</small>"
+        return Markup("<small>to {}</small>").format(write(high))
+    return Markup("<small>{} to {}</small>").format(write(low), write(high))
 
 
-def table(headings: Sequence[str], rows: Iterable[Sequence[str]], *, kind: str = "cards") -> str:
-    """A table whose first column heads its rows; of the kind ``cards``, a narrow page shows each row as a card.
-
-    Args:
-        headings: of the columns, as HTML.
-        rows: the cells, as HTML.
-        kind: its class.
-    """
-    head = "".join(f'<th scope="col">{each}</th>' for each in headings)
-    plain = [_plain(each) for each in headings]
-    lines = []
-    for first, *rest in rows:
-        cells = "".join(
-            f'<td data-label="{escape(label, quote=True)}">{cell}</td>'
-            for label, cell in zip(plain[1:], rest, strict=True)
-        )
-        lines.append(f'<tr><th scope="row">{first}</th>{cells}</tr>')
-    body = "".join(lines)
-    return f'<div class="wide"><table class="{kind}"><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table></div>'
+def breakable(text: str) -> Markup:
+    """Allow line breaks behind underscores and dots."""
+    return escape(text).replace("_", Markup("_<wbr>")).replace(".", Markup(".<wbr>"))
 
 
-def definitions(pairs: Mapping[str, str]) -> str:
-    """A list of terms and what they are; the latter as HTML."""
-    return "<dl>" + "".join(f"<div><dt>{escape(k)}</dt><dd>{v}</dd></div>" for k, v in pairs.items()) + "</dl>"
-
-
-def breakable(text: str) -> str:
-    """Escaped text that may break behind underscores and dots."""
-    return escape(text).replace("_", "_<wbr>").replace(".", ".<wbr>")
-
-
-def folded(title: str, content: str) -> str:
-    """Content that a reader opens; printed, it is open."""
-    return f"<details><summary>{title}</summary>{content}</details>"
-
-
-def with_unit(name: str, units: Mapping[str, str]) -> str:
-    """A parameter with its unit in brackets, where it has one."""
-    return f"{name} [{units[name]}]" if units.get(name) else name
-
-
-def setting(value: Any) -> str:
-    """The value of a parameter."""
+def setting(value: Any) -> Markup:
+    """Format the value of a parameter."""
     return written(value, short=True) if isinstance(value, float) else escape(str(value))
 
 
-def mark(position: int) -> str:
-    """A short line in the look of a law."""
+def drawn(given: Any) -> Markup:
+    """Format a distribution of a campaign file: ``uniform [0.5, 1.5]``."""
+    if isinstance(given, Mapping):
+        parts = (Markup("{} {}").format(kind.replace("_", " "), drawn(values)) for kind, values in given.items())
+        return Markup(", ").join(parts)
+    if isinstance(given, list | tuple):
+        return Markup("[{}]").format(Markup(", ").join(map(drawn, given)))
+    return setting(given)
+
+
+def with_unit(name: str, units: Mapping[str, str]) -> str:
+    """Append the unit of a parameter in brackets, if it has one."""
+    return f"{name} [{units[name]}]" if units.get(name) else name
+
+
+def grouped(count: int) -> str:
+    """Format a count with commas between thousands."""
+    return f"{count:,}"
+
+
+def mark(position: int) -> Markup:
+    """Draw a short line in the style of a law."""
     colour, dash = look(position)
     dashes = {"-": "", "--": "7 4", ":": "2 3", "-.": "7 3 2 3"}[dash]
-    line = f'<line x1="0" y1="6" x2="28" y2="6" stroke="{colour}" stroke-width="4" stroke-dasharray="{dashes}"/>'
-    return f'<svg class="mark" viewBox="0 0 28 12" aria-hidden="true">{line}</svg>'
+    return Markup(
+        '<svg class="mark" viewBox="0 0 28 12" aria-hidden="true">'
+        '<line x1="0" y1="6" x2="28" y2="6" stroke="{}" stroke-width="4" stroke-dasharray="{}"/></svg>'
+    ).format(colour, dashes)
 
 
-def gallery(pictures: Sequence[Picture], titles: Sequence[str] = ()) -> str:
-    """Pictures with their captions; where there are titles, as HTML, these stand above in place of the captions."""
-    parts = []
-    for position, each in enumerate(pictures):
-        above = f"<h4>{titles[position]}</h4>" if titles else ""
-        below = "" if titles else f"<figcaption>{breakable(each.caption)}</figcaption>"
-        parts.append(f"<figure>{above}{each.svg}{below}</figure>")
-    return f'<div class="pictures">{"".join(parts)}</div>'
-
-
-def _plain(html: str) -> str:
-    """Text without elements."""
-    out, inside = [], False
-    for letter in html:
-        inside = letter == "<" or (inside and letter != ">")
-        if not inside and letter != ">":
-            out.append(letter)
-    return "".join(out)
+def _with_minus(text: str) -> Markup:
+    """Replace hyphens by minus signs."""
+    return escape(text.replace("-", "−"))

@@ -1,4 +1,4 @@
-"""Pictures for a page, as SVG that stands in it and takes the page's colour and font: readable in light and in dark."""
+"""Pictures of a page, as inline SVG in the colours and the font of the page, readable in light and dark mode."""
 
 import io
 import re
@@ -12,11 +12,14 @@ from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter
 
+from spherical_wrist.measure.metrics import METRICS
+from spherical_wrist.report.table import FIGURES
+
 COLOURS = ("#2f8fd0", "#e0731a", "#2aa876", "#c55fa3", "#8a7be0", "#a8952a", "#d65454", "#7f8c97")
-"""Of laws, in their order; all of them legible on white and on black. Further ones are dashed."""
+"""Colours of laws, in their order, legible on white and on black. Further laws are dashed."""
 DASHES = ("-", "--", ":", "-.")
 INK, LINE = "#010203", "#020304"
-"""Stand for the page's own colour of text and of lines."""
+"""Placeholders of the page's colours of text and of lines."""
 WIDTH, HEIGHT = 4.4, 3.0
 MOST_BARS = 14
 STYLE: Any = {
@@ -38,8 +41,8 @@ class Picture(NamedTuple):
     """A picture.
 
     Attributes:
-        svg: an element that stands in HTML.
-        caption: what it shows, in a sentence.
+        svg: an HTML element.
+        caption: a sentence.
     """
 
     svg: str
@@ -47,12 +50,12 @@ class Picture(NamedTuple):
 
 
 def look(position: int) -> tuple[str, str]:
-    """Colour and dash of a law by its position."""
+    """Return colour and dash of a law by its position."""
     return COLOURS[position % len(COLOURS)], DASHES[position // len(COLOURS) % len(DASHES)]
 
 
 def distribution(curves: Mapping[str, Sequence[tuple[float, float]]], label: str, caption: str) -> Picture:
-    """Shares of episodes up to each value, by law, on a logarithmic axis."""
+    """Draw the shares of episodes up to each value, by law, on a logarithmic axis."""
     drawing, panel = _new()
     for position, points in enumerate(curves.values()):
         colour, dash = look(position)
@@ -64,7 +67,7 @@ def distribution(curves: Mapping[str, Sequence[tuple[float, float]]], label: str
 
 
 def exceedance(curves: Mapping[str, Sequence[tuple[float, float]]], label: str, bound: float, caption: str) -> Picture:
-    """Shares of episodes above each value, by law, on logarithmic axes, with a bound."""
+    """Draw the shares of episodes above each value, by law, on logarithmic axes, with a bound."""
     drawing, panel = _new()
     for position, points in enumerate(curves.values()):
         colour, dash = look(position)
@@ -86,10 +89,10 @@ def exceedance(curves: Mapping[str, Sequence[tuple[float, float]]], label: str, 
 def against_parameter(
     bands: Mapping[str, Sequence[Mapping[str, Any]]], middles: Mapping[str, float], name: str, caption: str
 ) -> Picture:
-    """Median of the error against a parameter, and the band from its 10 % to its 90 %.
+    """Draw the median of the error against a parameter, and the band from 10 % to 90 %.
 
-    Of several laws, medians and 90 % as multiples of the median of each over all, so that what is seen is what the
-    parameter does.
+    Of several laws, draw medians and 90 % as multiples of the overall median of each, which shows the effect of the
+    parameter.
     """
     drawing, panel = _new()
     places = _places([each["at"] for rows in bands.values() for each in rows])
@@ -113,13 +116,14 @@ def against_parameter(
     if places:
         panel.set_xticks(list(places.values()), [_shortened(str(value)) for value in places])
     panel.set(yscale="log", xlabel=name)
-    panel.set_ylabel("RMS error [rad]" if len(bands) == 1 else "RMS error [× median of the law]")
+    error = METRICS[FIGURES["error"]]
+    panel.set_ylabel(error.heading_and_unit if len(bands) == 1 else f"{error.heading} [× median of the law]")
     _few_ticks(panel.yaxis, panel.get_ylim())
     return _finished(drawing, caption)
 
 
 def bars(rows: Sequence[Mapping[str, Any]], colour: str, caption: str) -> Picture:
-    """First-order indices of a law, a bar each with its interval, and the rank correlations as numbers."""
+    """Draw the first-order indices of a law as bars with intervals, and the rank correlations as numbers."""
     shown = list(rows)[:MOST_BARS]
     drawing, panel = _new(0.85 + 0.27 * len(shown))
     for place, row in enumerate(shown):
@@ -142,7 +146,7 @@ def bars(rows: Sequence[Mapping[str, Any]], colour: str, caption: str) -> Pictur
 
 
 def _plain_decades(panel: Axes) -> None:
-    """Labels at 1, 2 and 5 where a logarithmic axis spans few decades; else matplotlib's would overlap."""
+    """Label a logarithmic axis at 1, 2 and 5 if it spans few decades: the labels of matplotlib would overlap."""
     low, high = panel.get_xlim()
     if high < 100.0 * low:
         panel.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
@@ -174,7 +178,7 @@ def _finished(drawing: Figure, caption: str) -> Picture:
 
 
 def inline(text: str, label: str) -> str:
-    """An SVG file as an element of a page: without declarations and identifiers, with the page's colours and font."""
+    """Turn an SVG file into an element of a page: no declarations or unused ids, the colours and font of the page."""
     text = text[text.index("<svg") :]
     text = re.sub(r"<metadata>.*?</metadata>|<!--.*?-->", "", text, flags=re.DOTALL)
     used = set(re.findall(r"#([\w-]+)\"|url\(#([\w-]+)\)", text))
@@ -200,7 +204,7 @@ def _drawable(value: float) -> float:
 
 
 def _places(values: Sequence[Any]) -> dict[Any, float]:
-    """Where to draw values that are no numbers, in the order of their first appearance."""
+    """Return the positions of values that are no numbers, in sorted order; empty for numbers."""
     if all(isinstance(value, int | float) and not isinstance(value, bool) for value in values):
         return {}
     return {value: float(place) for place, value in enumerate(dict.fromkeys(sorted(values, key=str)))}

@@ -1,4 +1,4 @@
-"""What is asked of the episodes: counts, quantiles, laws against each other, the worst, and curves to draw."""
+"""Queries of the episodes: counts, quantiles, laws against each other, the worst, and curves to draw."""
 
 from collections.abc import Sequence
 from math import inf, isinf
@@ -9,7 +9,7 @@ import numpy as np
 from spherical_wrist.campaign.store import Column
 from spherical_wrist.report.intervals import NOTHING, Interval, above_worst, quantile_ranks, wilson
 from spherical_wrist.report.sensitivity import SMALLEST
-from spherical_wrist.report.table import UNMEASURED, Table, quoted
+from spherical_wrist.report.table import FIGURES, UNMEASURED, Table, quoted
 
 QUANTILES = {"median": 0.5, "90 %": 0.9, "99 %": 0.99}
 WORST = 10
@@ -105,8 +105,9 @@ def worst(table: Table, law: str | None = None) -> list[dict[str, Any]]:
     """The worst episodes, of one law or of all: runs that did not complete, earliest end first, then by their error."""
     where = "TRUE" if law is None else "law = ?"
     varied = ", ".join(quoted(column.name) for column in table.parameters)
+    figures = ", ".join(FIGURES)
     rows = table.named(
-        f"SELECT id, law, sample, outcome, ended_at_s, reason, error, tip, chattering{', ' if varied else ''}{varied} "
+        f"SELECT id, law, sample, outcome, ended_at_s, reason, {figures}{', ' if varied else ''}{varied} "
         f"FROM measured WHERE {where} ORDER BY error DESC, isinf(error) DESC, ended_at_s, id LIMIT {WORST}",
         *([] if law is None else [law]),
     )
@@ -114,7 +115,7 @@ def worst(table: Table, law: str | None = None) -> list[dict[str, Any]]:
     return [
         {
             **{name: row[name] for name in ("id", "law", "sample", "outcome", "ended_at_s", "reason")},
-            **{name: finite(row[name]) for name in ("error", "tip", "chattering")},
+            **{name: finite(row[name]) for name in FIGURES},
             "parameters": {name: row[name] for name in names},
         }
         for row in rows

@@ -1,4 +1,4 @@
-"""What an error depends on, from samples that are there: first-order Sobol indices and rank correlations."""
+"""Dependence of an error on parameters, from samples that exist: first-order Sobol indices and rank correlations."""
 
 from collections.abc import Sequence
 from typing import Any, NamedTuple
@@ -24,7 +24,7 @@ SMALLEST = 1e-12
 
 
 class Sensitivity(NamedTuple):
-    """What the error of a law owes to a parameter.
+    """Influence of a parameter on the error of a law.
 
     Attributes:
         parameter: its name.
@@ -40,7 +40,7 @@ class Sensitivity(NamedTuple):
 
 
 def sensitivity(table: Table, law: str, column: Column, design: str) -> Sensitivity:
-    """What the error of a law owes to a parameter.
+    """Compute the influence of a parameter on the error of a law.
 
     Args:
         table: the episodes.

@@ -16,13 +16,13 @@ import duckdb
 
 from spherical_wrist.campaign.errors import CampaignError
 from spherical_wrist.campaign.folder import Folder
-from spherical_wrist.campaign.store import Column, columns
+from spherical_wrist.campaign.store import Column, columns, create_episodes_view
 from spherical_wrist.errors import one_line
 
 FIGURES = {"error": "rms_error_rad", "tip": "max_tip_error_mm", "chattering": "chattering_Nm_per_s"}
 """Columns of figures, and the metrics that they are."""
 MEMORY = "256MB"
-"""What a question may take of memory; beyond, it goes to the disk."""
+"""Memory that a query may take; beyond, it goes to the disk."""
 UNMEASURED = f"outcome = 'completed' AND ({' OR '.join(f'{metric} IS NULL' for metric in FIGURES.values())})"
 
 
@@ -66,7 +66,7 @@ def table_of(folder: Folder) -> Iterator[Table]:
         CampaignError: nothing is stored yet, or the table cannot be made.
     """
     files = folder.files
-    there, odd = files.survey()
+    there, odd = files.scan()
     paths = [files.path(files.batch(number)) for number in sorted(there)]
     if not paths:
         raise CampaignError(f"{str(folder.path)!r} has no episodes yet: wrist sweep {folder.path} --resume runs them")
@@ -77,7 +77,7 @@ def table_of(folder: Folder) -> Iterator[Table]:
             config={"autoinstall_known_extensions": "false", "memory_limit": MEMORY, "temp_directory": room},
         )
         try:
-            base.execute(_episodes(paths))
+            create_episodes_view(base, paths)
             base.execute(_measured(parameters))
             found = {law for (law,) in base.execute("SELECT DISTINCT law FROM episodes").fetchall()}
             laws = tuple(law for law in folder.campaign.bases if law in found)
@@ -102,11 +102,6 @@ def explained() -> Iterator[None]:
         yield
     except (duckdb.Error, OSError) as error:
         raise CampaignError(f"the episodes cannot be read: {one_line(error)}") from None
-
-
-def _episodes(paths: Sequence[Path]) -> str:
-    listed = ", ".join("'" + str(path).replace("'", "''") + "'" for path in paths)
-    return f"CREATE VIEW episodes AS SELECT * FROM read_parquet([{listed}])"
 
 
 def _measured(parameters: Sequence[Column]) -> str:

@@ -1,4 +1,4 @@
-"""What the controller sees of the wrist: ideal sensors, and sensors with their faults."""
+"""Sensors of attitude and rate: ideal ones, and their faults."""
 
 from spherical_wrist.sensing.description import Ideal, Realistic, Sensing
 

@@ -1,9 +1,9 @@
-"""Sensors described: which faults they have, and how large.
+"""Description of the sensors: faults and their size.
 
 From the true attitude q(t) and rate ω(t) at the control instants t_k, the controller gets, in this order,
 
 ==================  ===================================================================================================
-part                what it does
+part                effect
 ==================  ===================================================================================================
 delay δ             the sample of instant t_k is q(t_k − δ), ω(t_k − δ); between instants a cubic, and linear
 attitude_noise σ    q ⊗ exp(ν), ν ~ N(0, σ² I): white from sample to sample, independent on the axes
@@ -25,7 +25,7 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
 
-from spherical_wrist.parameters import Member, NonNegative, Vector, quantity
+from spherical_wrist.parameters import Member, NonNegative, Vector, inherited, quantity
 
 Probability = Annotated[float, Field(ge=0, lt=1)]
 Delay = Annotated[float, Field(ge=0, le=1)]
@@ -39,25 +39,35 @@ class Sensing(Member):
 
     attitude_noise: NonNegative = quantity(0.0, "rad", "standard deviation of the attitude, per axis and sample")
     attitude_quantum: NonNegative = quantity(0.0, "rad", "resolution of the attitude, per component of its log")
-    rate_noise: NonNegative = quantity(0.0, "rad/s", "standard deviation of the rate, per axis and sample")
-    rate_bias: Vector = quantity((0.0, 0.0, 0.0), "rad/s", "constant error of the rate, per axis")
+    rate_noise: NonNegative = quantity(
+        0.0, "rad/s", "standard deviation of the rate, per axis and sample", acts_with={"rate": "measured"}
+    )
+    rate_bias: Vector = quantity(
+        (0.0, 0.0, 0.0), "rad/s", "constant error of the rate, per axis", acts_with={"rate": "measured"}
+    )
     rate: Literal["measured", "estimated"] = quantity(
         "measured", "", "by a sensor of its own, or from attitude samples"
     )
-    rate_filter: NonNegative = quantity(0.0, "s", "time constant T_f of the filter on an estimated rate")
+    rate_filter: NonNegative = quantity(
+        0.0, "s", "time constant T_f of the filter on an estimated rate", acts_with={"rate": "estimated"}
+    )
     delay: Delay = quantity(0.0, "s", "age of a sample, any fraction of periods")
     loss: Probability = quantity(0.0, "", "probability that a sample is lost")
-    timestamped: bool = quantity(True, "", "the age of samples is known, and accounted for")
+    timestamped: bool = quantity(
+        True,
+        "",
+        "the age of samples is known, and accounted for",
+        acts_with={"delay": True, "loss": True, "rate": "estimated"},
+    )
 
     @property
-    def perfect(self) -> bool:
-        """Whether the controller sees the true state."""
-        sizes = (self.attitude_noise, self.attitude_quantum, self.rate_noise, self.delay, self.loss, *self.rate_bias)
-        return not any(sizes) and self.rate == "measured"
+    def ideal(self) -> bool:
+        """True if no sensor fault is enabled: the controller sees the true state."""
+        return not self.acting
 
 
 class Ideal(Sensing):
-    """Sensors without a fault, but for those that are set."""
+    """Sensors without a fault, except those that are set."""
 
 
 class Realistic(Sensing):
@@ -70,9 +80,9 @@ class Realistic(Sensing):
     left of its bias after calibration at rest, the delay and the loss are assumptions.
     """
 
-    attitude_noise: NonNegative = quantity(2.9e-4, "rad", "standard deviation of the attitude, per axis and sample")
-    attitude_quantum: NonNegative = quantity(9.6e-5, "rad", "resolution of the attitude, per component of its log")
-    rate_noise: NonNegative = quantity(1.1e-3, "rad/s", "standard deviation of the rate, per axis and sample")
-    rate_bias: Vector = quantity((1e-3, 1e-3, 1e-3), "rad/s", "constant error of the rate, per axis")
-    delay: Delay = quantity(5e-4, "s", "age of a sample, any fraction of periods")
-    loss: Probability = quantity(1e-3, "", "probability that a sample is lost")
+    attitude_noise: NonNegative = inherited(Sensing, "attitude_noise", 2.9e-4)
+    attitude_quantum: NonNegative = inherited(Sensing, "attitude_quantum", 9.6e-5)
+    rate_noise: NonNegative = inherited(Sensing, "rate_noise", 1.1e-3)
+    rate_bias: Vector = inherited(Sensing, "rate_bias", (1e-3, 1e-3, 1e-3))
+    delay: Delay = inherited(Sensing, "delay", 5e-4)
+    loss: Probability = inherited(Sensing, "loss", 1e-3)

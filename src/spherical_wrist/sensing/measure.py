@@ -1,4 +1,4 @@
-"""What the sensors make of the true state, sample by sample; compiled into the closed loop."""
+"""Sensor model: measured attitude and rate from the true state, sample by sample; compiled into the closed loop."""
 
 from math import ceil
 from typing import Any, NamedTuple
@@ -14,7 +14,7 @@ Array = npt.NDArray[np.float64]
 
 SENSOR = np.dtype(
     [
-        ("perfect", "f8"),
+        ("ideal", "f8"),
         ("timestamped", "f8"),
         ("period", "f8"),
         ("whole", "i8"),
@@ -29,8 +29,8 @@ SENSOR = np.dtype(
     ],
     align=True,
 )
-"""The sensors' parameters, then the sample in force, the control instant that it is of (−1 before the first), and how
-much older than its attitude its rate is known to be [s]."""
+"""Parameters of the sensors, then the sample in force, its control instant (−1 before the first), and the age of its
+rate relative to its attitude [s]."""
 
 
 class Sensor(NamedTuple):
@@ -46,12 +46,12 @@ class Sensor(NamedTuple):
 
 
 def sensor_of(sensing: Sensing, period: float) -> Sensor:
-    """The sensors at rest, for a control period [s]."""
+    """Return the sensors before the first sample, for a control period [s]."""
     settings = np.zeros(1, SENSOR)
     whole, fraction = divmod(sensing.delay / period, 1.0)
     if min(fraction, 1.0 - fraction) < 1e-9:  # a whole number of periods, but for rounding
         whole, fraction = whole + round(fraction), 0.0
-    settings["perfect"] = sensing.perfect
+    settings["ideal"] = sensing.ideal
     settings["timestamped"] = sensing.timestamped
     settings["period"] = period
     settings["whole"] = whole
@@ -64,7 +64,7 @@ def sensor_of(sensing: Sensing, period: float) -> Sensor:
 
 
 def measure(sensor: Sensor, sample: Any, instant: int, attitude: Quaternion, rate: Vector3) -> None:
-    """Takes the sample of a control instant: updates the sample in force in ``sensor.settings``.
+    """Take the sample of a control instant: update the sample in force in ``sensor.settings``.
 
     Args:
         sensor: the sensors; called for every instant in turn.
@@ -108,7 +108,7 @@ def measure(sensor: Sensor, sample: Any, instant: int, attitude: Quaternion, rat
 
 
 def delayed_state(sensor: Sensor, instant: int) -> tuple[Quaternion, Vector3]:
-    """The true state one delay before a control instant; before the start, the one at the start.
+    """Return the true state one delay before a control instant; before the start, the one at the start.
 
     Between two instants the rotation vector from the later one is the cubic that has the rates at both (Hermite), the
     rate is linear. A geodesic would be off by up to ω̇ T² / 8, a microradian: more than the best laws leave.
@@ -132,6 +132,6 @@ def delayed_state(sensor: Sensor, instant: int) -> tuple[Quaternion, Vector3]:
 
 
 def rounded(value: float, quantum: float) -> float:
-    """The multiple of ``quantum`` that is nearest."""
+    """Return the nearest multiple of ``quantum``."""
     nearest: float = quantum * np.floor(value / quantum + 0.5)  # math.floor, compiled, would overflow far out
     return nearest

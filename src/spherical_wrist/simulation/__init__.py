@@ -1,1 +1,1 @@
-"""The closed loop: parts in, compiled loop, series and outcome out."""
+"""Runs of experiments, one or many: prepare, loop, measure."""

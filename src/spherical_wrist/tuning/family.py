@@ -1,4 +1,4 @@
-"""The perturbed wrists that gains are tuned for: cases of a comparison."""
+"""Perturbed wrists that gains are tuned for: cases of a comparison."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple, Self
@@ -9,17 +9,18 @@ from spherical_wrist.errors import ParameterError
 from spherical_wrist.experiment.description import Experiment, with_changes
 
 USUAL = ("constant-light", "constant-heavy", "sinusoid-right", "realistic", "realistic-heart", "realistic-suture")
-"""Cases that gains are tuned for where nobody says: wrong masses and torques alone, and with every fault of sensors and
-motors. With ideal sensors alone, nothing would speak against ever larger gains."""
+"""Default cases: wrong masses and torques alone, and with every fault of sensors and motors.
+
+With ideal sensors alone, nothing would limit the gains."""
 
 
 class Family(NamedTuple):
-    """Experiments that differ in everything but the law.
+    """Experiments of a tuning: the same law on different wrists.
 
     Attributes:
         cases: in their order.
         base: the experiment that they change.
-        experiments: of the cases, with any law.
+        experiments: one for each case; their law does not count.
         bound: largest tip error [mm] that counts as completed; None for any.
     """
 
@@ -37,13 +38,13 @@ class Family(NamedTuple):
         changes: Mapping[str, Any],
         bound: float | None = None,
     ) -> Self:
-        """A family of cases.
+        """Create a family from cases.
 
         Args:
             cases: the cases.
-            law: the law in all of them.
+            law: law of all experiments.
             tables: the experiment that the cases change, as plain tables; its law does not count.
-            changes: values by dotted name that take the place of both.
+            changes: values by dotted name that override both.
             bound: largest tip error [mm] that counts as completed; None for any.
 
         Raises:
@@ -61,8 +62,8 @@ class Family(NamedTuple):
                 raise ParameterError(f"cases {first!r} and {cases[position].name!r} are the same with these settings")
         return cls(tuple(cases), base, experiments, bound)
 
-    def told(self) -> dict[str, Any]:
-        """Every experiment without its law as plain data, by the name of its case."""
+    def summary(self) -> dict[str, Any]:
+        """Return every experiment without its law as plain data, by the name of its case."""
         dumps = (experiment.model_dump(mode="json") for experiment in self.experiments)
         return {
             case.name: {name: value for name, value in dump.items() if name != "law"}
@@ -71,5 +72,5 @@ class Family(NamedTuple):
 
 
 def usual() -> tuple[Case, ...]:
-    """The cases called ``USUAL``."""
+    """Return the cases named in ``USUAL``."""
     return tuple(case for case in DEFAULT if case.name in USUAL)

@@ -1,4 +1,4 @@
-"""Gains as an experiment file, with what they did in its comments."""
+"""Experiment files of tuned gains, with their figures in comments."""
 
 import json
 import shlex
@@ -7,16 +7,22 @@ from typing import Any
 
 from spherical_wrist.control import Law
 from spherical_wrist.experiment.description import Experiment
+from spherical_wrist.measure.metrics import METRICS
+
+MEANS = ("rms_error_rad", "chattering_Nm_per_s")
+"""Metrics of which the means over the cases are written."""
+OF_CASES = ("rms_error_rad", "max_tip_error_mm", "chattering_Nm_per_s")
+"""Metrics that are written of each case."""
 
 
 def gains_file(base: Experiment, law: Law, point: Mapping[str, Any], table: Mapping[str, Any], again: list[str]) -> str:
-    """An experiment file that ``wrist run`` takes: the law with these gains, in the experiment that the cases change.
+    """Return an experiment file for ``wrist run``: the law with tuned gains, in the experiment of the cases.
 
     Args:
-        base: that experiment.
-        law: the law with these gains.
-        point: what they did, as :mod:`spherical_wrist.tuning.front` tells it.
-        table: the whole search, as told there.
+        base: experiment that the cases change.
+        law: the law with the tuned gains.
+        point: their figures, an entry of ``front`` of :func:`spherical_wrist.tuning.pareto.summary_of`.
+        table: summary of the whole search.
         again: command that runs the cases with this file.
     """
     return "\n".join([*_comments(point, table, again), "", *_experiment(base, law), ""])
@@ -29,20 +35,21 @@ def _comments(point: Mapping[str, Any], table: Mapping[str, Any], again: list[st
     ]
     yield f"# Gains of {table['law']['name']}: trial {point['trial']} of {table['trials']}, on the Pareto front."
     yield f"# Geometric means over {len(table['cases'])} cases:"
-    yield f"#   RMS error   {point['rms_error_rad']:.6g} rad{of_default[0]}"
-    yield f"#   chattering  {point['chattering_Nm_per_s']:.6g} N·m/s{of_default[1]}"
+    for metric, ratio in zip((METRICS[name] for name in MEANS), of_default, strict=True):
+        yield f"#   {metric.heading:10}  {point[metric.name]:.6g} {metric.unit}{ratio}"
     yield "#"
     width = max(len(name) for name in point["cases"])
-    yield f"# {'case':{width}}  RMS error [rad]  largest tip error [mm]  chattering [N·m/s]"
-    for name, figures in point["cases"].items():
-        error, tip, chattering = (figures[key] for key in ("rms_error_rad", "max_tip_error_mm", "chattering_Nm_per_s"))
-        yield f"# {name:{width}}  {error:>15.6g}  {tip:>22.6g}  {chattering:>18.6g}"
+    headings = {name: METRICS[name].heading_and_unit for name in OF_CASES}
+    yield f"# {'case':{width}}  {'  '.join(headings.values())}"
+    for case, figures in point["cases"].items():
+        entries = (f"{figures[name]:>{len(heading)}.6g}" for name, heading in headings.items())
+        yield f"# {case:{width}}  {'  '.join(entries)}"
     yield "#"
     yield f"# These figures again: {shlex.join(again)}"
 
 
 def _experiment(base: Experiment, law: Law) -> Iterator[str]:
-    """What differs from the default experiment, and the whole law."""
+    """Yield the lines of all that differs from the default experiment, and of the whole law."""
     values, usual = base.model_dump(mode="json"), Experiment().model_dump(mode="json")
     different = {name: value for name, value in values.items() if name != "law" and value != usual[name]}
     tables = {name: value for name, value in different.items() if isinstance(value, Mapping)}
@@ -58,7 +65,7 @@ def _experiment(base: Experiment, law: Law) -> Iterator[str]:
 
 
 def toml(value: Any) -> str:
-    """Plain data as a TOML value; an entry of a table that is None is left out."""
+    """Return plain data as a TOML value; entries of tables that are None are left out."""
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, str):

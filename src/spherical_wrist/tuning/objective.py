@@ -1,4 +1,4 @@
-"""What gains are judged by: mean error and mean chattering over a family."""
+"""Objective of tuning: mean error and mean chattering over a family."""
 
 from collections.abc import Mapping, Sequence
 from math import pi
@@ -6,15 +6,15 @@ from typing import Any, NamedTuple
 
 from spherical_wrist.comparison.ranking import SMALLEST, geometric_mean
 from spherical_wrist.errors import ParameterError
-from spherical_wrist.experiment.measured import Measured
-from spherical_wrist.simulation.outcome import Status
+from spherical_wrist.loop.outcome import Status
+from spherical_wrist.simulation.rollouts import RolloutResult
 
 WORST = (pi, 1e6)
-"""What stands for error [rad] and chattering [N·m/s] where a case was not completed: no attitude error is larger."""
+"""Error [rad] and chattering [N·m/s] of a case that was not completed: no attitude error is larger."""
 
 
 class Figures(NamedTuple):
-    """How one case went.
+    """Result of one case.
 
     Attributes:
         outcome: completed, diverged, failed (the law raised) or missed (the tip error exceeds the bound).
@@ -29,7 +29,7 @@ class Figures(NamedTuple):
     chattering_Nm_per_s: float | None = None
 
     @classmethod
-    def of(cls, run: Measured, case: str, bound: float | None = None) -> "Figures":
+    def of(cls, run: RolloutResult, case: str, bound: float | None = None) -> "Figures":
         """The figures of a run.
 
         Args:
@@ -51,7 +51,7 @@ class Figures(NamedTuple):
 
 
 class Score(NamedTuple):
-    """How gains did on a family.
+    """Result of gains on a family.
 
     Attributes:
         cases: figures by the name of the case; empty where the law refused the gains.

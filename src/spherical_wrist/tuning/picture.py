@@ -1,4 +1,4 @@
-"""The picture of a search: the Pareto front, and the gains on it."""
+"""Picture of a search: the Pareto front, and the gains on it."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -12,19 +12,20 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter
 
 from spherical_wrist.comparison.picture import BEATEN, FAILED, FRONT, LABEL_SIZE, STYLE
+from spherical_wrist.measure.metrics import METRICS
 
 MARKERS = {"precise": "^", "calm": "s"}
 WORDS = {"precise": "more precise", "calm": "calmer"}
 X, Y = "chattering_Nm_per_s", "rms_error_rad"
 FURTHEST = 10.0
-"""How many times worse than the edges of the front a point may be to be shown."""
+"""Points that are more times worse than the edges of the front are not shown."""
 
 
 def front_picture(table: Mapping[str, Any]) -> Figure:
-    """Error against chattering of every trial, and beside it what the gains on the front are.
+    """Draw the error against the chattering of every trial, and beside it the gains on the front.
 
     Args:
-        table: a search as :mod:`spherical_wrist.tuning.front` tells it.
+        table: a search, by :func:`spherical_wrist.tuning.pareto.summary_of`.
     """
     with mpl.rc_context(STYLE):
         drawing = Figure(figsize=(9.6, 4.6), layout="constrained")
@@ -40,8 +41,8 @@ def front_picture(table: Mapping[str, Any]) -> Figure:
 def _front(panel: Axes, table: Mapping[str, Any]) -> None:
     front, default = table["front"], table["default"]
     panel.set(
-        xscale="log", yscale="log", xlabel="chattering [N·m/s], geometric mean over the cases",
-        ylabel="RMS attitude error [rad], geometric mean",
+        xscale="log", yscale="log", xlabel=f"{METRICS[X].label_and_unit}, geometric mean over the cases",
+        ylabel=f"{METRICS[Y].label_and_unit}, geometric mean",
     )  # fmt: skip
     marks = [*front, *([default] if default[X] is not None else [])]
     if not marks:
@@ -78,37 +79,19 @@ def _front(panel: Axes, table: Mapping[str, Any]) -> None:
 
 
 def _chosen(table: Mapping[str, Any], key: str) -> list[Mapping[str, Any]]:
-    """The trial that beats the default gains in one figure without losing in the other, where there is one."""
+    """Return the trial that beats the default gains in one figure without losing in the other, if there is one."""
     return [point for point in table["front"] if point["trial"] == table[key] and point["trial"] != 0]
 
 
 def _ticks(axis: Axis, ends: tuple[float, float]) -> None:
-    """Plain numbers on a logarithmic axis, and enough of them however short it is."""
+    """Label a logarithmic axis with plain numbers, and enough of them on a short one."""
     axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)) if ends[1] > 4.0 * ends[0] else MaxNLocator(5))
     axis.set_major_formatter(lambda value, _: f"{value:g}" if value >= 1e-3 else f"{value:.2g}")
     axis.set_minor_formatter(NullFormatter())
 
 
-def _name(panel: Axes, table: Mapping[str, Any], key: str) -> None:
-    """Names the trial that beats the default gains in one figure without losing in the other."""
-    found = [point for point in table["front"] if point["trial"] == table[key] and point["trial"] != 0]
-    for point in found:
-        figure = "error" if key == "precise" else "chattering"
-        panel.plot(point[X], point[Y], MARKERS[key], color=FRONT, markersize=7.0, markeredgecolor="white")
-        panel.annotate(
-            f"trial {point['trial']}, {WORDS[key]}: {figure} × {point[f'{figure}_ratio']:.2g}",
-            (point[X], point[Y]),
-            xytext=(-12, -16),
-            textcoords="offset points",
-            ha="right",
-            color=FRONT,
-            fontsize=LABEL_SIZE,
-            arrowprops={"arrowstyle": "-", "color": FRONT, "linewidth": 0.7, "shrinkB": 3.0},
-        )
-
-
 def _gains(panel: Axes, table: Mapping[str, Any]) -> None:
-    """One row a gain, as a multiple of its default: what was searched, half of the front, and the trials with names."""
+    """Draw a row for each gain, as a multiple of its default: range, middle half of the front, named trials."""
     shown = [each for each in table["parameters"] if each["default"] > 0.0 and each["low"] > 0.0]
     for row, each in enumerate(shown):
         factors = [point["values"][each["name"]] / each["default"] for point in table["front"]]

@@ -1,4 +1,4 @@
-"""What is searched: ranges of a law's parameters, and the law that values in them make."""
+"""Search space of a law: ranges of its parameters, and the law of values within them."""
 
 from collections.abc import Iterable, Mapping
 from math import isfinite
@@ -6,20 +6,18 @@ from typing import NamedTuple
 
 from spherical_wrist.control import Law
 from spherical_wrist.errors import ParameterError, UnknownNameError, WristError
-from spherical_wrist.parameters import unit_of
+from spherical_wrist.parameters import is_gain, matters, unit_of
 
 AXES = ("x", "y", "z")
 FACTOR = 4.0
-"""How far a range reaches from the default, up and down, where nobody says."""
-GIVEN = ("torque_limit",)
-"""Parameters that say what the motors can do: they are known, not chosen."""
+"""Factor from the default to the ends of a range that is not given."""
 
 
 class Range(NamedTuple):
-    """What a parameter may be.
+    """Range of a parameter.
 
     Attributes:
-        name: ``law.K``; of one axis, ``law.K.x``. A vector that is scaled as a whole is told by its largest component.
+        name: ``law.K``; of one axis, ``law.K.x``. A vector that is scaled as a whole is given by its largest component.
         low: smallest value.
         high: largest value.
         default: the value of the law to begin with, between the two.
@@ -34,7 +32,7 @@ class Range(NamedTuple):
 
     @property
     def logarithmic(self) -> bool:
-        """Whether ratios count rather than differences."""
+        """True if the range is searched on a logarithmic scale."""
         return self.low > 0.0
 
 
@@ -43,14 +41,14 @@ class Space(NamedTuple):
 
     Attributes:
         law: with the default gains.
-        ranges: what is searched.
+        ranges: searched ranges.
     """
 
     law: Law
     ranges: tuple[Range, ...]
 
     def law_with(self, values: Mapping[str, float]) -> Law:
-        """The law with these values by name of their ranges.
+        """Return the law with these values by name of their ranges.
 
         Raises:
             ParameterError: the law refuses them.
@@ -63,7 +61,7 @@ class Space(NamedTuple):
         return self.law.replaced(**changes)
 
     def used(self, values: Mapping[str, float]) -> dict[str, float]:
-        """The values that are used for these: with four digits, so that a person can read and type them.
+        """Return the values that are used for these: with four digits, so that a person can read and type them.
 
         A default stays as it is, and stands for a value that is not there.
         """
@@ -72,22 +70,22 @@ class Space(NamedTuple):
 
     @property
     def defaults(self) -> dict[str, float]:
-        """The values of the law to begin with."""
+        """Values of the law to begin with."""
         return {each.name: each.default for each in self.ranges}
 
     def without(self, names: Iterable[str]) -> "Space":
-        """The same without some of the ranges."""
+        """Return the space without some of the ranges."""
         left_out = set(names)
         return self._replace(ranges=tuple(each for each in self.ranges if each.name not in left_out))
 
 
 def space_of(law: Law, texts: Iterable[str] = (), *, per_axis: bool = False) -> Space:
-    """What is to be searched.
+    """Return the space to be searched.
 
     Args:
         law: with the default gains.
-        texts: ranges ``law.K=0.01:0.2``, or ``law.K.x=…`` of one axis; none for every positive number and vector of the
-            law, a factor of ``FACTOR`` up and down.
+        texts: ranges ``law.K=0.01:0.2``, or ``law.K.x=…`` of one axis; none for all :func:`tunable` parameters of
+            the law, a factor of ``FACTOR`` up and down.
         per_axis: the three components of a vector on their own, instead of one factor for all.
 
     Raises:
@@ -101,22 +99,23 @@ def space_of(law: Law, texts: Iterable[str] = (), *, per_axis: bool = False) -> 
         if names.count(each.name) > 1 or whole in names:
             raise ParameterError(f"--parameter {each.name}: it is given twice")
         _check(law, each)
-    ranges = given or [each for field in positive(law) for each in _around(law, field, per_axis)]
+    ranges = given or [each for field in tunable(law) for each in _around(law, field, per_axis)]
     if not ranges:
         raise ParameterError(f"law {law.name!r} has no positive number to tune: give ranges with --parameter")
     return Space(law, tuple(ranges))
 
 
 def numbers(law: Law) -> dict[str, float | tuple[float, ...]]:
-    """The parameters that are numbers, or vectors of three numbers."""
+    """Return the parameters that are numbers, or vectors of three numbers."""
     fields = {name: getattr(law, name) for name in type(law).model_fields}
     return {name: value for name, value in fields.items() if isinstance(value, float) or _is_vector(value)}
 
 
-def positive(law: Law) -> list[str]:
-    """Names of the parameters that are searched where nobody says: positive, and not given by the motors."""
-    components = {name: _components(value) for name, value in numbers(law).items() if name not in GIVEN}
-    return [name for name, values in components.items() if min(values) > 0.0]
+def tunable(law: Law) -> list[str]:
+    """Return the names of the gains: positive numbers and vectors with an effect that are not declared otherwise."""
+    values = {name: getattr(law, name) for name in type(law).model_fields}
+    found = {name: min(_components(value)) > 0.0 and is_gain(type(law), name) for name, value in numbers(law).items()}
+    return [name for name, is_one in found.items() if is_one and matters(type(law), name, values)]
 
 
 def _around(law: Law, field: str, per_axis: bool) -> list[Range]:
@@ -143,7 +142,7 @@ def _read(law: Law, text: str, per_axis: bool) -> list[Range]:
 
 
 def _check(law: Law, given: Range) -> None:
-    """Refuses a range that leaves out the default, which is always tried, or whose ends are no values."""
+    """Refuse a range that leaves out the default, which is always tried, or whose ends are no values."""
     if not given.low <= given.default <= given.high:
         raise ParameterError(
             f"--parameter {given.name}={given.low:g}:{given.high:g} leaves out the default gain {given.default:g}: "
@@ -172,7 +171,7 @@ def _value(law: Law, name: str) -> float:
 
 
 def _changed(before: float | tuple[float, ...], axis: str, value: float) -> float | tuple[float, ...]:
-    """A number, one component of a vector, or the whole vector by one factor, changed to a value."""
+    """Return a number, one component of a vector, or the whole vector by one factor, changed to a value."""
     if not isinstance(before, tuple):
         return value
     if axis:
@@ -182,7 +181,7 @@ def _changed(before: float | tuple[float, ...], axis: str, value: float) -> floa
 
 
 def _parts(name: str) -> tuple[str, str]:
-    """Field and axis of ``law.FIELD`` or ``law.FIELD.AXIS``."""
+    """Return field and axis of ``law.FIELD`` or ``law.FIELD.AXIS``."""
     field, _, axis = name.removeprefix("law.").partition(".")
     return field, axis
 

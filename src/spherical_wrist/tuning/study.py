@@ -1,11 +1,13 @@
-"""A search that is kept in a SQLite file, with Optuna. The only file that imports it.
+"""The search as an Optuna study, kept in a journal file. The only file that imports Optuna.
 
-Trials are proposed in batches. What a batch proposes depends on the seed, on its number and on the trials of earlier
-batches alone, and only finished trials are stored. So a study that was stopped, however, and one that was continued
-with more trials go on exactly as if nothing had happened, on any number of threads.
+Trials are proposed in batches. The proposals of a batch depend only on the seed, on the number of the batch and on the
+completed trials of earlier batches: the trials of the batch are stored, as running, before the first of them is scored.
+So a study that was stopped, however, and one that was continued with more trials go on exactly as if they had not been
+interrupted, on any number of threads.
 """
 
-import json
+import errno
+import os
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -21,7 +23,8 @@ from spherical_wrist.tuning.ranges import Space
 
 try:
     import optuna
-    from sqlalchemy.exc import SQLAlchemyError
+    from optuna.storages.journal import JournalFileBackend, JournalFileSymlinkLock, JournalStorage
+    from optuna.trial import TrialState
 except ImportError:
     raise ParameterError("tuning needs Optuna: pip install 'spherical-wrist[tune]'") from None
 
@@ -32,21 +35,24 @@ POPULATION = 24
 """Trials of a generation of NSGA-II: whole batches."""
 NAME = "tune"
 DIRECTIONS: list[Literal["minimize", "maximize"]] = ["minimize", "minimize"]
-SCORE, VIOLATION = "wrist tune", "cases not completed"
+SETTINGS, SCORE, VIOLATION = "settings", "score", "cases not completed"
+"""Names of user attributes of the study and of its trials, and of the constraint."""
+START = b'{"op_code"'
+"""Beginning of a journal."""
 SAMPLERS: dict[SamplerName, Callable[[int], optuna.samplers.BaseSampler]] = {
     "nsga2": lambda seed: optuna.samplers.NSGAIISampler(population_size=POPULATION, seed=seed),
     "tpe": lambda seed: optuna.samplers.TPESampler(multivariate=True, constant_liar=True, seed=seed),
 }
-"""Ways to propose trials: NSGA-II (Deb et al., 2002), and the multi-objective tree-structured Parzen estimator."""
+"""Samplers: NSGA-II (Deb et al., 2002), and the multi-objective tree-structured Parzen estimator."""
 
 
 class Trial(NamedTuple):
-    """Gains that were tried.
+    """A trial: gains and their score.
 
     Attributes:
-        number: position; 0 for the default gains.
+        number: position among the completed trials; 0 for the default gains.
         values: of the ranges, by name.
-        score: how they did.
+        score: of the law with these values.
     """
 
     number: int
@@ -60,7 +66,7 @@ class Batch(NamedTuple):
     Attributes:
         first: number of the first of them.
         values: of the ranges, one entry for each trial.
-        hand_in: takes their scores, in the same order, and stores them.
+        hand_in: stores their scores, given in the same order.
     """
 
     first: int
@@ -69,82 +75,120 @@ class Batch(NamedTuple):
 
 
 class Study:
-    """The study in a file, made where there is none.
+    """An Optuna study in a journal file, created if there is none.
 
     Args:
-        file: the file.
+        file: the file; the caller holds its folder.
 
     Raises:
-        ParameterError: the file cannot be used, or is no study.
+        ParameterError: the file cannot be used, or is no study of this version.
     """
 
     def __init__(self, file: Path) -> None:
         self._file = file
         with _quiet(), _explained(file):
-            self._storage = optuna.storages.RDBStorage(f"sqlite:///{file}")
-            self._stored = optuna.create_study(
-                study_name=NAME, storage=self._storage, directions=DIRECTIONS, load_if_exists=True
+            _prepare(file)
+            self._storage = JournalStorage(JournalFileBackend(str(file), _NoLock(str(file))))
+            if NAME in optuna.get_all_study_names(self._storage):  # creating it would also write to the file
+                self._study = optuna.load_study(study_name=NAME, storage=self._storage)
+            else:
+                self._study = optuna.create_study(study_name=NAME, storage=self._storage, directions=DIRECTIONS)
+                self._study.set_metric_names(["RMS error [rad]", "chattering [N·m per s]"])
+            foreign = self.settings is None and bool(self._study.trials)
+        if foreign:
+            raise ParameterError(
+                f"study {str(file)!r} was not made by this version of wrist tune: give another folder with -o"
             )
-            self._stored.set_metric_names(["RMS error [rad]", "chattering [N·m per s]"])
-        if any(SCORE not in each.user_attrs for each in self._done()):
-            self.close()
-            raise ParameterError(f"study {str(file)!r} was not made by wrist tune: give another folder with -o")
 
-    def close(self) -> None:
-        """Lets go of the file."""
-        self._storage.remove_session()
-        self._storage.engine.dispose()
+    @property
+    def settings(self) -> Any:
+        """Settings that the study was begun with, as plain data; None before :meth:`begin`."""
+        return self._study.user_attrs.get(SETTINGS)
 
-    def remembered(self, key: str) -> Any:
-        """What was kept under a name; None where nothing was."""
-        text = self._stored.user_attrs.get(key)
-        return None if text is None else json.loads(text)
-
-    def remember(self, key: str, value: Any) -> None:
-        """Keeps plain data under a name."""
+    def begin(self, settings: Mapping[str, Any]) -> None:
+        """Store the settings, as plain data."""
         with _explained(self._file):
-            self._stored.set_user_attr(key, json.dumps(value))
+            self._study.set_user_attr(SETTINGS, dict(settings))
 
     def trials(self) -> list[Trial]:
-        """The trials that are done."""
-        return [Trial(each.number, each.params, Score.from_plain(each.user_attrs[SCORE])) for each in self._done()]
+        """Return the completed trials."""
+        done = self._in_state(TrialState.COMPLETE)
+        return [
+            Trial(number, each.params, Score.from_plain(each.user_attrs[SCORE])) for number, each in enumerate(done)
+        ]
 
     def batches(self, space: Space, sampler: SamplerName, seed: int, trials: int) -> Iterator[Batch]:
-        """Batches of gains to be scored, until so many trials are there. Each must be handed in before the next."""
+        """Yield batches of gains to score until there are so many trials. Each must be handed in before the next."""
+        while (done := len(self._in_state(TrialState.COMPLETE))) < trials:
+            with _quiet(), _explained(self._file):
+                batch = self._proposed(done, space, sampler, seed)[: trials - done]
+                values = [each.params for each in batch]
+            yield Batch(done, values, partial(self._hand_in, batch))
+
+    def _proposed(self, done: int, space: Space, sampler: SamplerName, seed: int) -> list[optuna.Trial]:
+        """Return the trials of the current batch that are not scored yet; propose the batch if it is a new one."""
         ranges: dict[str, optuna.distributions.BaseDistribution] = {
             each.name: optuna.distributions.FloatDistribution(each.low, each.high, log=each.logarithmic)
             for each in space.ranges
         }
-        while (done := len(self._done())) < trials:
-            start = done - done % BATCH
-            with _quiet():
-                view = self._view(start, space, sampler, seed)
-                asked = [view.ask(ranges) for _ in range(BATCH)][done - start : trials - start]
-            yield Batch(done, [each.params for each in asked], partial(self._hand_in, view, asked))
+        first = done - done % BATCH
+        proposing = SAMPLERS[sampler](int(np.random.SeedSequence([seed, first]).generate_state(1)[0]))
+        self._study.sampler = proposing
+        running = self._in_state(TrialState.RUNNING)
+        if done + len(running) == first + BATCH and all(each.params.keys() == ranges.keys() for each in running):
+            return [self._trial(each.number) for each in running]
+        # a new batch, or one that a killed command had not proposed to the end: nothing of it is scored
+        for each in running:
+            self._study.tell(each.number, state=TrialState.FAIL)
+        if isinstance(proposing, optuna.samplers.BaseGASampler):
+            # stores the parents: the call that selects them returns them in another order than all later calls
+            proposing.get_parent_population(self._study, done // POPULATION)
+        if not done and not self._in_state(TrialState.WAITING):
+            self._study.enqueue_trial(space.defaults)
+        return [self._study.ask(ranges) for _ in range(BATCH)]
 
-    def _hand_in(self, view: optuna.Study, asked: Sequence[optuna.Trial], scores: Sequence[Score]) -> None:
+    def _trial(self, number: int) -> optuna.Trial:
+        """Return a running trial of an earlier command."""
+        study = self._storage.get_study_id_from_name(NAME)
+        return optuna.Trial(self._study, self._storage.get_trial_id_from_study_id_trial_number(study, number))
+
+    def _hand_in(self, batch: Sequence[optuna.Trial], scores: Sequence[Score]) -> None:
         with _quiet(), _explained(self._file):
-            for trial, score in zip(asked, scores, strict=True):
+            for trial, score in zip(batch, scores, strict=True):
                 trial.set_user_attr(SCORE, score.to_plain())
                 trial.set_constraint(VIOLATION, float(score.failed))
-                self._stored.add_trial(view.tell(trial, [score.error, score.chattering]))
+                self._study.tell(trial, [score.error, score.chattering])
 
-    def _done(self) -> list[optuna.trial.FrozenTrial]:
-        return self._stored.get_trials(deepcopy=False)
+    def _in_state(self, state: TrialState) -> list[optuna.trial.FrozenTrial]:
+        return self._study.get_trials(deepcopy=False, states=[state])
 
-    def _view(self, count: int, space: Space, sampler: SamplerName, seed: int) -> optuna.Study:
-        """A study in memory with the first trials alone, ready to propose the batch after them."""
-        drawn = int(np.random.SeedSequence([seed, count]).generate_state(1)[0])
-        view = optuna.create_study(directions=DIRECTIONS, sampler=SAMPLERS[sampler](drawn))
-        view.add_trials(self._done()[:count])
-        if not count:
-            view.enqueue_trial(space.defaults)
-        return view
+
+class _NoLock(JournalFileSymlinkLock):
+    """No lock: this command holds the whole folder, and a killed one leaves no lock behind."""
+
+    def acquire(self) -> bool:
+        """Do nothing."""
+        return True
+
+    def release(self) -> None:
+        """Do nothing."""
+
+
+def _prepare(file: Path) -> None:
+    """Refuse a file of another kind, and remove a last line that a full disk or a kill cut off.
+
+    Optuna would write its next line behind either.
+    """
+    content = file.read_bytes() if file.exists() else b""
+    if not content.startswith(START[: len(content)]):
+        raise ValueError("it is no journal of Optuna")
+    if content and not content.endswith(b"\n"):
+        os.truncate(file, content.rfind(b"\n") + 1)
 
 
 @contextmanager
 def _quiet() -> Iterator[None]:
-    """Without Optuna's own log, and its notes on what is new in it."""
+    """Silence Optuna's own log, and its warnings about experimental parts."""
     before = optuna.logging.get_verbosity()
     optuna.logging.set_verbosity(optuna.logging.ERROR)
     try:
@@ -157,10 +201,11 @@ def _quiet() -> Iterator[None]:
 
 @contextmanager
 def _explained(file: Path) -> Iterator[None]:
+    """Turn errors of Optuna and of the system into one line: of a file of another kind, Optuna raises all sorts."""
     try:
         yield
-    except (SQLAlchemyError, optuna.exceptions.OptunaError, RuntimeError, ValueError) as error:
-        cause = error.__cause__ or error
-        told = one_line(getattr(cause, "orig", None) or cause, limit=120)
-        advice = "free some space, or give another folder with -o" if "full" in told else "give another folder with -o"
-        raise ParameterError(f"study {str(file)!r} cannot be used: {told}; {advice}") from None
+    except (optuna.exceptions.OptunaError, OSError, RuntimeError, ValueError, LookupError, TypeError) as error:
+        full = isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+        text = (isinstance(error, OSError) and error.strerror) or one_line(error, limit=120)
+        advice = "free some space, or give another folder with -o" if full else "give another folder with -o"
+        raise ParameterError(f"study {str(file)!r} cannot be used: {text}; {advice}") from None

@@ -1,25 +1,74 @@
-"""MJCF files: reading, compiling, and what they depend on."""
+"""MJCF files: reading, compiling, and their dependencies."""
 
+import os
+import re
+from collections import OrderedDict
+from collections.abc import Mapping
 from pathlib import Path
 
 import mujoco
 import numpy as np
 
+from spherical_wrist.compat.libmujoco import warnings_kept_in_data
 from spherical_wrist.errors import ModelError, one_line
-from spherical_wrist.libmujoco import warnings_kept_in_data
 
-ADVICE = "`wrist guide wrist` tells what a wrist model needs"
+ADVICE = "`wrist guide wrist` lists what a wrist model needs"
 
 
 REFUSALS = (ValueError, RuntimeError, MemoryError, mujoco.FatalError, mujoco.UnexpectedError)
-"""What MuJoCo raises at a model that it cannot take; RuntimeError where its bindings do not know why."""
+"""Errors that MuJoCo raises for an invalid model; RuntimeError if its bindings do not know the reason."""
 
 _PHYSICAL = (
     "timestep", "gravity", "body_pos", "body_quat", "body_ipos", "body_iquat", "body_mass", "body_inertia", "jnt_pos",
     "dof_damping", "dof_armature", "dof_frictionloss", "jnt_stiffness", "site_pos", "actuator_gear", "actuator_gainprm",
     "geom_pos", "geom_size",
 )  # fmt: skip
-"""What is computed with or drawn, and MuJoCo takes from a file as it is, even where it is not a number."""
+"""Fields used in computations or drawing that MuJoCo copies from a file unchecked, even if they are not finite."""
+
+LARGEST = 2**24
+"""Largest number of cells, pixels or values that a model file may ask for: 4096 × 4096."""
+
+_HEIGHT_FIELD = re.compile(rb"<hfield\b[^>]*>")
+_ROWS_COLUMNS = re.compile(rb"""\b(nrow|ncol)\s*=\s*["']\s*\+?(\d{1,10})""")
+_INCLUDE = re.compile(rb"""<include\b[^>]*\bfile\s*=\s*["']([^"']+)["']""")
+_COMMENT = re.compile(rb"<!--.*?-->", re.DOTALL)
+
+
+def _check_sizes(name: str, sizes: dict[str, int]) -> None:
+    """Refuse sizes for which MuJoCo would allocate gigabytes: a few letters in a file must not fill the memory."""
+    for quantity, size in sizes.items():
+        if size > LARGEST:
+            raise ModelError(f"model {name!r} asks for {size:,} {quantity}: make it {LARGEST:,} or less")
+
+
+def _height_field_cells(path: Path) -> int:
+    """Add up the cells of the height fields in a file and in those that it includes.
+
+    MuJoCo allocates them while it parses, so they are looked up in the text.
+    """
+    cells, found, read = 0, [path], set[Path]()
+    while found:
+        file = found.pop()
+        if file in read or not file.is_file():
+            continue
+        read.add(file)
+        text = _COMMENT.sub(b"", file.read_bytes())
+        for element in _HEIGHT_FIELD.findall(text):
+            sizes = dict(_ROWS_COLUMNS.findall(element))
+            cells += int(sizes.get(b"nrow", 0)) * int(sizes.get(b"ncol", 0))
+        found += [path.parent / os.fsdecode(each) for each in _INCLUDE.findall(text)]
+    return cells
+
+
+def _sizes(spec: mujoco.MjSpec) -> dict[str, int]:
+    """Return the sizes that a description asks for, by what is counted."""
+    return {
+        "cells of height fields": sum(each.nrow * each.ncol for each in spec.hfields),
+        "pixels of textures": sum(each.width * each.height for each in spec.textures),
+        "values of sensors": sum(max(each.dim, 0) for each in spec.sensors),
+        "values of user data (nuserdata)": spec.nuserdata,
+        "key frames (nkey)": spec.nkey,
+    }
 
 
 def _reason(error: BaseException) -> str:
@@ -28,7 +77,7 @@ def _reason(error: BaseException) -> str:
 
 
 def default_model() -> Path:
-    """The MJCF file of the wrist that comes with the package."""
+    """Return the MJCF file of the wrist that comes with the package."""
     here = Path(__file__).resolve()
     installed = here.parents[1] / "models" / "wrist.xml"
     return installed if installed.exists() else here.parents[3] / "models" / "wrist.xml"
@@ -36,15 +85,20 @@ def default_model() -> Path:
 
 @warnings_kept_in_data()
 def read_spec(path: Path) -> mujoco.MjSpec:
-    """Parses an MJCF file.
+    """Parse an MJCF file.
 
     Raises:
-        ModelError: the file cannot be read or is not MJCF.
+        ModelError: the file cannot be read, is not MJCF, or needs too much memory.
     """
     if not path.is_file():
         raise ModelError(f"model {str(path)!r}: no such file; give the path of an MJCF file")
-    if not str(path).isprintable():  # bytes that are no letters, or a zero in it
+    if not str(path).isprintable():  # undecodable bytes, or a zero in it
         raise ModelError(f"model {str(path)!r}: MuJoCo cannot open a file of such a name; rename it")
+    try:
+        cells = _height_field_cells(path)
+    except OSError as error:
+        raise ModelError(f"model {str(path)!r} cannot be read: {error}") from None
+    _check_sizes(str(path), {"cells of height fields": cells})
     try:
         return mujoco.MjSpec.from_file(str(path))
     except REFUSALS as error:
@@ -53,11 +107,12 @@ def read_spec(path: Path) -> mujoco.MjSpec:
 
 @warnings_kept_in_data()
 def compiled(spec: mujoco.MjSpec, name: str) -> mujoco.MjModel:
-    """Compiles a description.
+    """Compile a description.
 
     Raises:
-        ModelError: it does not compile, or has numbers that MuJoCo cannot compute with.
+        ModelError: it does not compile, or has numbers that are not finite or too large for MuJoCo.
     """
+    _check_sizes(name, _sizes(spec))
     try:
         model = spec.compile()
     except REFUSALS as error:
@@ -72,11 +127,46 @@ def compiled(spec: mujoco.MjSpec, name: str) -> mujoco.MjModel:
     return model
 
 
-def dependencies(path: Path) -> list[Path]:
-    """An MJCF file and every file that it includes or takes shapes and pictures from, resolved; the file itself first.
+_KEPT = 16
+"""Models whose files are kept in memory."""
+
+_files: OrderedDict[Path, Mapping[Path, bytes]] = OrderedDict()
+
+
+def model_files(path: Path) -> Mapping[Path, bytes]:
+    """Read an MJCF file and all files that it includes or takes shapes and pictures from.
+
+    Finding out which files these are takes a hundred times as long as reading them, so the last few answers are kept.
+    They hold as long as no content has changed.
+
+    Returns:
+        Contents by resolved path, the file itself first.
 
     Raises:
-        ModelError: the file is not valid MJCF, or names files that are not there.
+        ModelError: the file is not valid MJCF, or names files that do not exist or cannot be read.
+    """
+    path = path.resolve()
+    kept = _files.pop(path, None)
+    try:
+        if kept is None or any(file.read_bytes() != content for file, content in kept.items()):
+            kept = None
+    except OSError:
+        kept = None
+    try:
+        found = kept if kept is not None else {file: file.read_bytes() for file in _dependencies(path)}
+    except OSError as error:
+        raise ModelError(f"model {str(path)!r}: {error.filename!r} cannot be read: {error.strerror}") from None
+    _files[path] = found
+    while len(_files) > _KEPT:
+        _files.popitem(last=False)
+    return found
+
+
+def _dependencies(path: Path) -> list[Path]:
+    """List the resolved paths of an MJCF file and of all files that it needs.
+
+    Raises:
+        ModelError: the file is not valid MJCF, or names files that do not exist.
     """
     read_spec(path)
     try:

@@ -1,4 +1,4 @@
-"""Which joint, motors and site of an MJCF model make a wrist, found by name or because there is no other choice."""
+"""Joint, motors and tip site of a wrist in an MJCF model, found by name or as the only candidates."""
 
 from collections.abc import Sequence
 from typing import NamedTuple, NoReturn
@@ -17,12 +17,12 @@ AXES = 3
 
 
 class Names(NamedTuple):
-    """Names in an MJCF file, for models in which they are not a matter of course.
+    """Names in an MJCF file, for models with several candidates.
 
     Attributes:
-        joint: the ball joint; needed where the model has several.
-        motors: the three motors on it; needed where it has more.
-        tip: the site of the tool tip; needed where none of several is called ``tip``.
+        joint: the ball joint; needed if the model has several.
+        motors: the three motors on it; needed if it has more.
+        tip: the site of the tool tip; needed if none of several is called ``tip``.
     """
 
     joint: str | None = None
@@ -31,16 +31,16 @@ class Names(NamedTuple):
 
 
 UNNAMED = Names()
-"""No names: everything is a matter of course."""
+"""No names: the model has one candidate for each part."""
 
 
 def name_of(model: mujoco.MjModel, kind: mujoco.mjtObj, index: int) -> str:
-    """An element's name; its number in angle brackets where it has none."""
+    """Return the name of an element, or its number in angle brackets if it has none."""
     return mujoco.mj_id2name(model, kind, index) or f"<{index}>"
 
 
 def ball_joint(model: mujoco.MjModel, wanted: str | None, name: str) -> int:
-    """Index of the wrist's joint.
+    """Find the index of the wrist's joint.
 
     Raises:
         ModelError: the model has no ball joint, several and none is named, or the named one is none of them.
@@ -49,10 +49,10 @@ def ball_joint(model: mujoco.MjModel, wanted: str | None, name: str) -> int:
     joints = {name_of(model, OBJECT.mjOBJ_JOINT, j): kind for j, kind in enumerate(kinds)}
     balls = [joint for joint, kind in joints.items() if kind == "ball"]
     if not balls:
-        told = ", ".join(f"{joint} ({kind})" for joint, kind in joints.items()) or "none"
-        raise ModelError(f'model {name!r} has no ball joint (its joints: {told}): a wrist has <joint type="ball"/>')
+        listed = ", ".join(f"{joint} ({kind})" for joint, kind in joints.items()) or "none"
+        raise ModelError(f'model {name!r} has no ball joint (its joints: {listed}): a wrist has <joint type="ball"/>')
     if wanted is None and len(balls) > 1:
-        raise ModelError(f"model {name!r} has ball joints {', '.join(balls)}: say which is the wrist's: --joint NAME")
+        raise ModelError(f"model {name!r} has ball joints {', '.join(balls)}: name the wrist's: --joint NAME")
     chosen = balls[0] if wanted is None else wanted
     if chosen not in joints:
         _unknown("joint", chosen, balls, name)
@@ -62,7 +62,7 @@ def ball_joint(model: mujoco.MjModel, wanted: str | None, name: str) -> int:
 
 
 def torque_motors(model: mujoco.MjModel, joint: int, wanted: Sequence[str] | None, name: str) -> list[int]:
-    """Indices of the three motors.
+    """Find the indices of the three motors.
 
     Raises:
         ModelError: not exactly three plain torque motors act on the joint and none are named, or the named ones are
@@ -79,7 +79,7 @@ def torque_motors(model: mujoco.MjModel, joint: int, wanted: Sequence[str] | Non
             found = ", ".join(actuators[a] for a in plain)
             raise ModelError(
                 f"model {name!r} has {len(plain)} torque motors on joint {where!r} ({found}): "
-                "say which three are the wrist's: --motors A,B,C"
+                "name the wrist's three: --motors A,B,C"
             )
         others = "; ".join(f"{actuators[a]} {faults[a]}" for a in range(model.nu) if faults[a])
         raise ModelError(
@@ -98,7 +98,7 @@ def torque_motors(model: mujoco.MjModel, joint: int, wanted: Sequence[str] | Non
 
 
 def _fault(model: mujoco.MjModel, actuator: int, joint: int) -> str:
-    """Why an actuator is no torque motor on the joint, in words that follow its name; empty where it is one."""
+    """Say why an actuator is no torque motor on the joint, in words that follow its name; empty if it is one."""
     kind, target = model.actuator_trntype[actuator], model.actuator_trnid[actuator, 0]
     if kind == TRANSMISSION.mjTRN_JOINTINPARENT and target == joint:
         return "has its axis in the parent's frame (use joint= instead of jointinparent=)"
@@ -114,7 +114,7 @@ def _fault(model: mujoco.MjModel, actuator: int, joint: int) -> str:
 
 
 def motor_matrix(model: mujoco.MjModel, motors: Sequence[int], name: str) -> tuple[Array, Array, Array]:
-    """The matrix G of τ = G u (3, 3), and the smallest and largest controls (3,), ±inf where there is no limit.
+    """Compute the matrix G of τ = G u (3, 3), and the smallest and largest controls (3,), ±inf without a limit.
 
     Raises:
         ModelError: the axes of the motors do not span the space.
@@ -134,26 +134,26 @@ def motor_matrix(model: mujoco.MjModel, motors: Sequence[int], name: str) -> tup
 
 
 def tip_site(model: mujoco.MjModel, body: int, wanted: str | None, name: str) -> int:
-    """Index of the site of the tool tip: the named one, else the one called ``tip``, else the only one that moves.
+    """Find the index of the tip site: the named one, else the one called ``tip``, else the only one that moves.
 
     Raises:
-        ModelError: there is no such site on what the joint moves.
+        ModelError: there is no such site on the bodies that the joint moves.
     """
     weld = model.body_weldid
     moving = [s for s in range(model.nsite) if weld[model.site_bodyid[s]] == weld[body]]
     names = {name_of(model, OBJECT.mjOBJ_SITE, s): s for s in moving}
     if wanted is not None and wanted not in names:
         if mujoco.mj_name2id(model, OBJECT.mjOBJ_SITE, wanted) >= 0:
-            told = ", ".join(names) or "none"
+            listed = ", ".join(names) or "none"
             raise ModelError(
-                f"model {name!r}: site {wanted!r} is not on what the ball joint moves (sites there: {told})"
+                f"model {name!r}: site {wanted!r} is not on a body that the ball joint moves (sites there: {listed})"
             )
         _unknown("site", wanted, names, name)
     if wanted is None and "tip" not in names and len(moving) != 1:
-        told = f"none of {', '.join(names)} is called 'tip': say which it is: --tip SITE" if names else "it has no site"
+        listed = f"none of {', '.join(names)} is called 'tip': name it: --tip SITE" if names else "it has no site"
         where = name_of(model, OBJECT.mjOBJ_BODY, body)
         raise ModelError(
-            f"model {name!r}: the tool tip is a site on what the ball joint moves, and {told}"
+            f"model {name!r}: the tool tip is a site on a body that the ball joint moves, and {listed}"
             + ("" if names else f'; add <site name="tip" pos="…"/> to body {where!r} or one that it carries')
         )
     return names["tip" if wanted is None and "tip" in names else wanted or next(iter(names))]

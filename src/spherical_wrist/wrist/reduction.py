@@ -1,7 +1,7 @@
-"""A model of more than a wrist, reduced to it: its other joints are held where the model starts.
+"""Reduction of a larger model to its wrist: all other joints are held at their initial positions.
 
-At its start (MuJoCo's ``qpos0``) every joint's displacement is zero by definition, so a joint that is taken out leaves
-its body exactly there. With q̈ = q̇ = 0 of all others, the wrist's own equation of motion is the ball joint's rows and
+In MuJoCo's initial configuration ``qpos0`` the displacement of every joint is zero by definition, so a body stays there
+when its joint is removed. With q̈ = q̇ = 0 of all others, the wrist's own equation of motion is the ball joint's rows and
 columns of the whole model's: the same H and N.
 """
 
@@ -14,13 +14,13 @@ JOINT, WRAP, EQUALITY = mujoco.mjtJoint, mujoco.mjtWrap, mujoco.mjtEq
 
 
 def reduced(spec: mujoco.MjSpec, model: mujoco.MjModel, joint: int, motors: Collection[int]) -> mujoco.MjSpec:
-    """A copy of a description with one joint and its motors.
+    """Copy a description with one joint and its motors only.
 
-    All other joints are held, and other actuators, sensors and keyframes are left out. Bodies between which MuJoCo
-    looks for no contacts because one carries the other stay so.
+    All other joints are held, and other actuators, sensors and keyframes are removed. Pairs of bodies that MuJoCo does
+    not check for contacts, because one carries the other, stay unchecked.
 
     Args:
-        spec: description of the whole.
+        spec: description of the whole model.
         model: the same, compiled.
         joint: index of the joint that stays.
         motors: indices of the actuators that stay.
@@ -50,9 +50,9 @@ def reduced(spec: mujoco.MjSpec, model: mujoco.MjModel, joint: int, motors: Coll
 
 
 def _carried(model: mujoco.MjModel) -> Iterator[tuple[int, int]]:
-    """Pairs of bodies of which a joint carries one on the other, where the other moves.
+    """Yield pairs of bodies, a moving one and one that it carries on a joint.
 
-    MuJoCo looks for no contacts between them; once the other is held it would, since it then counts as the world.
+    MuJoCo does not check them for contacts, but would once the first is held, because it then counts as the world.
     """
     weld = model.body_weldid
     if model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_FILTERPARENT:

@@ -1,4 +1,4 @@
-"""A wrist: a compiled model and where its parts are."""
+"""Wrist: a compiled model, and the indices of its parts."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -9,7 +9,7 @@ import mujoco
 import numpy as np
 import numpy.typing as npt
 
-from spherical_wrist.libmujoco import warnings_kept_in_data
+from spherical_wrist.compat.libmujoco import warnings_kept_in_data
 from spherical_wrist.wrist.mjcf import compiled, default_model, read_spec
 from spherical_wrist.wrist.parts import AXES, UNNAMED, Names, ball_joint, motor_matrix, tip_site, torque_motors
 from spherical_wrist.wrist.reduction import reduced
@@ -19,23 +19,23 @@ Array = npt.NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Wrist:
-    """A compiled wrist model and where its parts are.
+    """Compiled wrist model, and the indices of its parts.
 
     The *mount* is the frame in which the jointed body lies at the start, and attitudes are relative to it: body →
     mount. For the package's wrist, as for every model whose ball starts unturned, it is along the world's.
 
     Attributes:
-        spec: the editable description that the model was compiled from; of a model with more joints, what is left with
-            these held where the model starts.
+        spec: the editable description that the model was compiled from; of a model with more joints, with these held
+            at their initial positions.
         model: the compiled model, with all its geometry. Its only joint is the ball, its actuators are the motors.
-        names: what was chosen by name.
+        names: parts that were chosen by name.
         body: index of the body that the ball joint moves.
         motors: (3, 3) matrix G with τ = G u: body-frame torque [N·m] from the three motor controls.
-        lower: smallest motor controls (3,), −inf where a motor has no limit.
+        lower: smallest motor controls (3,), −inf for a motor without a limit.
         upper: largest motor controls (3,).
         anchor: centre of the ball joint in the world [m].
         mount: rotation (3, 3) from the mount to the world.
-        lever: from the centre of the ball joint to the tool tip, in the body frame [m].
+        lever: vector from the centre of the ball joint to the tool tip, in the body frame [m].
     """
 
     spec: mujoco.MjSpec
@@ -51,7 +51,7 @@ class Wrist:
 
     @classmethod
     def load(cls, path: Path | str | None = None, names: Names = UNNAMED) -> "Wrist":
-        """Reads a wrist from an MJCF file; without one, the wrist that comes with the package.
+        """Read a wrist from an MJCF file; without one, the wrist that comes with the package.
 
         Raises:
             ModelError: the file is missing or not MJCF, or the model is not a wrist.
@@ -62,16 +62,16 @@ class Wrist:
     @classmethod
     @warnings_kept_in_data()
     def of(cls, spec: mujoco.MjSpec, name: str = "wrist", names: Names = UNNAMED) -> "Wrist":
-        """Compiles a description and finds the wrist's parts in it.
+        """Compile a description and find the wrist's parts in it.
 
         Args:
-            spec: the description; it is left as it is.
-            name: what messages call it.
-            names: joint, motors and tip, where the model has several.
+            spec: the description; it is not changed.
+            name: name of the model in messages.
+            names: joint, motors and tip, if the model has several.
 
         Raises:
             ModelError: it does not compile, or is not a wrist: a ball joint; three plain torque motors on it whose axes
-                span the space; a site for the tool tip on what it moves.
+                span the space; a site for the tool tip on a body that it moves.
         """
         model = compiled(spec, name)
         joint = ball_joint(model, names.joint, name)
@@ -96,18 +96,18 @@ class Wrist:
 
 
 class WristFile(NamedTuple):
-    """Where a wrist comes from.
+    """Source of a wrist.
 
     Attributes:
         model: MJCF file; None for the wrist that comes with the package.
-        names: joint, motors and tip, where the model has several.
+        names: joint, motors and tip, if the model has several.
     """
 
     model: Path | None = None
     names: Names = UNNAMED
 
     def load(self) -> Wrist:
-        """The wrist.
+        """Load the wrist.
 
         Raises:
             ModelError: see :meth:`Wrist.load`.
@@ -116,6 +116,6 @@ class WristFile(NamedTuple):
 
 
 def _rotation(flat: Array) -> Array:
-    """A rotation matrix (3, 3), exactly the identity where it is meant to be: then bits do not depend on rounding."""
+    """Return a rotation matrix (3, 3), with an identity made exact, so that no bits depend on rounding."""
     matrix = flat.reshape(3, 3).copy()
     return np.eye(3) if np.allclose(matrix, np.eye(3), atol=1e-12) else matrix

@@ -1,0 +1,305 @@
+"""Code generation by numba: a plain Python function in, a relocatable object out.
+
+Numba offers no public way to emit objects: its ``pycc`` needs a C compiler and a linker.
+
+Plain functions need no decorator. Numba asks for the type of every global name that a function uses; while this file
+compiles, the type of a plain Python function is that of the function compiled. Numba itself thereby finds exactly the
+functions that are needed, in module attributes and defaults too.
+
+A function of an object is neither wrapped for Python nor optimised nor loaded on its own: it is linked into the one
+that calls it, and only the whole is optimised and emitted. That is most of the time that numba takes.
+"""
+
+import gc
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from functools import cache
+from pathlib import Path
+from types import FunctionType
+from typing import Any, NamedTuple
+
+import llvmlite.binding as llvm
+import mujoco
+import numpy as np
+
+from spherical_wrist.compat import MissingPartError, private
+
+LIBRARY = "numba"
+
+try:
+    import numba
+    from llvmlite import ir
+    from numba.core import cgutils, compiler, types
+    from numba.core.codegen import JITCodeLibrary, JITCPUCodegen
+    from numba.core.compiler_lock import global_compiler_lock
+    from numba.core.registry import cpu_target
+    from numba.core.typing.typeof import typeof_impl
+except ImportError as error:
+    raise MissingPartError(LIBRARY, str(error.name)) from None
+
+_target, _typing = cpu_target.target_context, cpu_target.typing_context
+_optimise = private(LIBRARY, JITCodeLibrary, "_optimize_final_module")
+for _owner, _part in (
+    (_target, "_internal_codegen"),
+    (_typing, "_lookup_global"),
+    (JITCPUCodegen, "_library_class"),
+    (JITCPUCodegen, "set_env"),
+):
+    private(LIBRARY, _owner, _part)
+
+
+def _options(function: FunctionType, task: "Task") -> dict[str, Any]:
+    """Return numba's options."""
+    wrappers = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+    return {
+        **wrappers, "error_model": "numpy", "boundscheck": task.foreign(function), "_nrt": task.counts(function),
+    }  # fmt: skip
+
+
+class Task(NamedTuple):
+    """Settings of a compilation.
+
+    Attributes:
+        foreign: tells functions of a user, in which indices are checked: out of range, they would write into foreign
+            memory.
+        counts: tells functions that count references to arrays, which those must that allocate or return one. Without
+            counting, compilation takes less time.
+        replaced: intrinsics, types of C functions, or functions of numba, by the Python function that they stand for.
+    """
+
+    foreign: Callable[[Any], bool]
+    counts: Callable[[FunctionType], bool]
+    replaced: Mapping[Any, Any]
+
+
+class ObjectCode(NamedTuple):
+    """A compiled function.
+
+    Attributes:
+        symbol: name of the function in the object.
+        returned: numba's type of its result.
+        imports: external symbols that it refers to.
+        code: the object file.
+    """
+
+    symbol: str
+    returned: Any
+    imports: tuple[str, ...]
+    code: bytes
+
+
+def emit(function: FunctionType, arguments: tuple[Any, ...], task: Task) -> ObjectCode:
+    """Compile a function and all functions that it names.
+
+    Args:
+        function: plain Python function.
+        arguments: numba's types of its arguments.
+        task: settings.
+
+    Raises:
+        TypeError: the function refers to an object of this process.
+        Exception: numba cannot compile it.
+    """
+    with _compiling(task) as codegen:
+        flags = compiler.Flags()
+        cpu_target.options.parse_as_flags(flags, {"nopython": True, **_options(function, task)})
+        flags.no_compile = True
+        whole = codegen.create_library(function.__qualname__)
+        whole.enable_object_caching()
+        done = compiler.compile_extra(_typing, _target, function, arguments, None, flags, {}, library=whole)
+        whole.finalize()
+        module, symbol = whole._final_module, done.fndesc.llvm_func_name
+        for each in module.functions:
+            if not each.is_declaration and each.name != symbol:
+                each.linkage = "internal"  # what is inlined everywhere is then left out
+        _optimise(whole)
+        unused = llvm.create_new_module_pass_manager()
+        unused.add_global_dead_code_eliminate_pass()
+        unused.add_strip_dead_prototype_pass()
+        unused.run(module, codegen._pass_builder())
+        module.verify()
+        if any(each.name.startswith("numba.dynamic.globals") for each in module.global_variables):
+            raise TypeError("it refers to an object of this process, which machine code that is kept cannot")
+        imports = tuple(
+            each.name
+            for each in (*module.functions, *module.global_variables)
+            if each.is_declaration and not each.name.startswith("llvm.")
+        )
+        return ObjectCode(symbol, done.signature.return_type, imports, codegen._tm.emit_object(module))
+
+
+def compiled_files() -> set[Path]:
+    """Return the source files of all functions compiled so far in this process."""
+    return {Path(function.__code__.co_filename) for function in _compiled}
+
+
+def provide_runtime() -> None:
+    """Make numba's own C functions known to the loader, for laws that allocate arrays or format messages."""
+    from numba.core.runtime import rtsys
+
+    rtsys.initialize(_target)
+    numba.njit(lambda: np.zeros(1).size)()  # whatever else numba sets up at its first compilation
+
+
+# --- functions that have no Python
+
+
+class Address(types.Callable):  # type: ignore[misc]
+    """The address of compiled code, called like a function; numba's own kind also looks for Python functions."""
+
+    def __init__(self, name: str, signature: Any) -> None:
+        self.signature = signature
+        super().__init__(name)
+
+    def get_call_type(self, context: Any, args: Any, kws: Any) -> Any:
+        """Return the signature."""
+        return self.signature.replace(recvr=self)
+
+    def get_call_signatures(self) -> Any:
+        """Return the only signature."""
+        return [self.signature], False
+
+    def get_impl_key(self, sig: Any) -> Any:
+        """Return the key of the code that makes the call."""
+        return type(self)
+
+
+numba.extending.register_model(Address)(
+    lambda manager, kind: numba.extending.models.PrimitiveModel(manager, kind, ir.IntType(64))
+)
+
+
+@numba.extending.lower_builtin(Address, types.VarArg(types.Any))  # type: ignore[untyped-decorator]
+def _call_address(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    kind = signature.args[0].signature
+    code = context.call_conv.get_function_type(kind.return_type, kind.args).as_pointer()
+    function = builder.inttoptr(arguments[0], code)
+    status, result = context.call_conv.call_function(builder, function, kind.return_type, kind.args, arguments[1:])
+    with cgutils.if_unlikely(builder, status.is_error):
+        context.call_conv.return_status_propagate(builder, status)
+    return result
+
+
+def function_at(kind: Address) -> Any:
+    """Return an intrinsic that takes an integer for the address of compiled code of a kind."""
+
+    @numba.extending.intrinsic  # type: ignore[untyped-decorator]
+    def at(typing_context: Any, address: Any) -> Any:
+        return kind(types.intp), lambda context, builder, signature, arguments: arguments[0]
+
+    return at
+
+
+@numba.extending.intrinsic  # type: ignore[untyped-decorator]
+def memory_at(typing_context: Any, address: Any) -> Any:
+    """Take an integer for an address."""
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        return builder.inttoptr(arguments[0], cgutils.voidptr_t)
+
+    return types.voidptr(types.intp), generate
+
+
+@numba.extending.intrinsic  # type: ignore[untyped-decorator]
+def address_of(typing_context: Any, array: Any) -> Any:
+    """Return the address of the numbers of an array."""
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        data = context.make_array(signature.args[0])(context, builder, arguments[0]).data
+        return builder.ptrtoint(data, context.get_value_type(types.intp))
+
+    return types.intp(array), generate
+
+
+# --- the types of plain functions
+
+_task: Task | None = None
+"""Set while this file compiles, under numba's own lock; at other times numba behaves as without this file."""
+
+_compiled: dict[FunctionType, Any] = {}
+_default_type = typeof_impl.dispatch(object)
+
+
+def _type_of_function(function: Any, context: Any) -> Any:
+    if _task is not None and _typing._lookup_global(function) is None:
+        if function in _task.replaced:
+            found = _task.replaced[function]
+            return found if isinstance(found, types.Type) else _typing.resolve_value_type(found)
+        if isinstance(function, FunctionType):
+            if function not in _compiled:
+                _compiled[function] = numba.njit(**_options(function, _task))(_unrolling(function, _task))
+            return types.Dispatcher(_compiled[function])
+    return _default_type(function, context)
+
+
+def _unrolling(function: FunctionType, task: Task) -> FunctionType:
+    """Return a function that names numba's own ``literal_unroll``, if it names what that stands for.
+
+    Numba looks for that object before it asks for types.
+    """
+    found = {
+        name: numba.literal_unroll
+        for name in function.__code__.co_names
+        if isinstance(named := function.__globals__.get(name), FunctionType)
+        and task.replaced.get(named) is numba.literal_unroll
+    }
+    if not found:
+        return function
+    scope = {**function.__globals__, **found}
+    copy = FunctionType(function.__code__, scope, function.__name__, function.__defaults__)
+    copy.__qualname__ = function.__qualname__
+    return copy
+
+
+for _kind in (FunctionType, type(mujoco.mj_step)):
+    typeof_impl.register(_kind, _type_of_function)
+
+
+# --- code generation
+
+
+class _Fragment(JITCodeLibrary):  # type: ignore[misc]
+    """A function on its way into an object: linked, but neither optimised nor loaded."""
+
+    def _optimize_functions(self, ll_module: Any) -> None:
+        ll_module.data_layout = self._codegen._data_layout
+
+    def _optimize_final_module(self) -> None:
+        pass
+
+    def _finalize_final_module(self) -> None:
+        self._finalize_dynamic_globals()
+        self._finalized = True
+
+    def get_pointer_to_function(self, name: str) -> int:
+        self._ensure_finalized()
+        return 0
+
+
+class _Codegen(JITCPUCodegen):  # type: ignore[misc]
+    _library_class = _Fragment
+
+    def set_env(self, env_name: str, env: Any) -> None:
+        """Leave out what a function would raise Python exceptions with: callers only see that it failed."""
+
+
+_codegen = cache(lambda: _Codegen("spherical_wrist"))
+
+
+@contextmanager
+def _compiling(task: Task) -> Iterator[Any]:
+    """Let numba compile for an object, in this thread only."""
+    global _task  # noqa: PLW0603
+    with global_compiler_lock:
+        before, collecting = (_target._internal_codegen, _task), gc.isenabled()
+        codegen = _target._internal_codegen = _codegen()
+        _task = task
+        gc.disable()  # looking for garbage among what numba makes is a tenth of the time
+        try:
+            _typing.refresh()
+            _target.refresh()
+            yield codegen
+        finally:
+            _target._internal_codegen, _task = before
+            if collecting:
+                gc.enable()

@@ -1,0 +1,1 @@
+"""The closed loop, compiled and interpreted: arrays in, log out."""

@@ -1,0 +1,34 @@
+"""Outcome of a run."""
+
+from enum import StrEnum
+from typing import NamedTuple
+
+
+class Status(StrEnum):
+    """Status of a run that has ended."""
+
+    COMPLETED = "completed"
+    DIVERGED = "diverged"
+    INTERRUPTED = "interrupted"
+
+
+class Outcome(NamedTuple):
+    """Outcome of a run.
+
+    Attributes:
+        status: status at the end.
+        time: simulated time at the end [s].
+        reason: reason for an early end; empty for a completed run.
+    """
+
+    status: Status
+    time: float
+    reason: str = ""
+
+    def __str__(self) -> str:
+        """Return status, time and reason as a sentence."""
+        return str(self.status) if not self.reason else f"{self.status} at {self.time:.6g} s: {self.reason}"
+
+
+class StoppedError(Exception):
+    """Error raised when work is stopped on request before it has a result."""

@@ -1,0 +1,436 @@
+"""Metrics of a run: the registry of all of them, and the one arithmetic by which they are computed.
+
+A new metric is one entry of :data:`METRICS`, over a quantity of :data:`QUANTITIES`. A new quantity is one name
+there and one line in :func:`add_row`. Tables, recordings, JSON, comparisons, campaigns, reports, assertions and
+documentation follow from the registry.
+
+The arithmetic goes over the log of the loop row by row, in plain scalar Python. The same source runs compiled and
+interpreted, with the same result to the last bit.
+"""
+
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import KW_ONLY, dataclass
+from math import atan2, isfinite, isnan, sqrt
+from typing import Any, NamedTuple, Self
+
+import numpy as np
+import numpy.typing as npt
+
+from spherical_wrist.so3 import Vector3, cross, rotate
+
+Array = npt.NDArray[np.float64]
+
+
+# --- the arithmetic ---------------------------------------------------------------------------------------------------
+
+QUANTITIES = (
+    "error_squared",
+    "tip_error_squared",
+    "torque_squared",
+    "tilt",
+    "saturated",
+    "command_step",
+    "current_squared",
+    "condition",
+)
+"""Quantities of a row of the log, of which sum and largest value over the steady window are kept.
+
+In this order: |e|² [rad²]; squared tip error [mm²]; |τ|² [N²·m²]; tilt of the tool [rad]; 1 where a limit cut the
+torque; |Δτ| of each axis of the commanded torque [N·m]; i² of each coil [A²]; condition number of the torque map.
+"""
+
+EVENTS = ("surface_reached",)
+"""Events of which the first time [s] is kept, over the whole run; not-a-number before."""
+
+METRIC_SETTINGS = np.dtype(
+    [("start", "f8"), ("lever", "f8", 3), ("layer", "f8", 3), ("has_surface", "f8"), ("has_coils", "f8")],
+    align=True,
+)
+"""Record of :class:`MetricSettings` as the arithmetic needs them: start of the steady window [s], lever to the tool tip
+[m], boundary layer [rad/s]; 1 or 0: the law has a sliding surface, the motor has coils."""
+
+TOTALS = np.dtype(
+    [("rows", "f8"), ("command", "f8", 3)]
+    + [(name, np.dtype([("summed", "f8"), ("largest", "f8")])) for name in QUANTITIES]
+    + [(name, "f8") for name in EVENTS],
+    align=True,
+)
+"""Record of the totals: rows in the steady window, the last command [N·m], each quantity, each event."""
+
+
+def accumulate(settings: Any, totals: Any, time: Array, desired: Any, log: Any, currents: Array) -> None:
+    """Add consecutive rows of a log to the totals.
+
+    Args:
+        settings: a METRIC_SETTINGS record.
+        totals: a TOTALS record, written.
+        time: control instants [s], (n,).
+        desired: reference as MOTION (n,).
+        log: LOG (n,).
+        currents: of the coils [A], (n, coils).
+    """
+    for k in range(len(log)):
+        row = log[k]
+        if settings.has_surface > 0.5 and isnan(totals.surface_reached):
+            s, b = row.surface, settings.layer
+            if abs(s[0]) <= b[0] and abs(s[1]) <= b[1] and abs(s[2]) <= b[2]:
+                totals.surface_reached = time[k]
+        if time[k] >= settings.start:
+            add_row(settings, totals, desired[k], row, currents, k)
+            totals.rows += 1.0
+
+
+def add_row(settings: Any, totals: Any, desired: Any, row: Any, currents: Array, k: int) -> None:
+    """Add the quantities of one row of the steady window."""
+    q, d, e, t, c = row.attitude, desired.attitude, row.error, row.torque, row.commanded_torque
+    lever = (settings.lever[0], settings.lever[1], settings.lever[2])
+    tip = rotate((q[0], q[1], q[2], q[3]), lever)
+    goal = rotate((d[0], d[1], d[2], d[3]), lever)
+    away = (1000.0 * (tip[0] - goal[0]), 1000.0 * (tip[1] - goal[1]), 1000.0 * (tip[2] - goal[2]))
+    add(totals.error_squared, square((e[0], e[1], e[2])))
+    add(totals.tip_error_squared, square(away))
+    add(totals.torque_squared, square((t[0], t[1], t[2])))
+    add(totals.tilt, atan2(sqrt(square(cross(tip, lever))), tip[0] * lever[0] + tip[1] * lever[1] + tip[2] * lever[2]))
+    add(totals.saturated, row.saturated)
+    for i in range(3):
+        if totals.rows > 0.0:
+            add(totals.command_step, abs(c[i] - totals.command[i]))
+        totals.command[i] = c[i]
+    if settings.has_coils > 0.5:
+        for j in range(currents.shape[1]):
+            add(totals.current_squared, currents[k, j] * currents[k, j])
+        add(totals.condition, row.condition)
+
+
+def add(total: Any, value: float) -> None:
+    """Add a value to the sum and the largest value of a quantity; not-a-number stays."""
+    total.summed += value
+    if value > total.largest or isnan(value):
+        total.largest = value
+
+
+def square(v: Vector3) -> float:
+    """Compute |v|²."""
+    return v[0] * v[0] + v[1] * v[1] + v[2] * v[2]
+
+
+def no_totals() -> npt.NDArray[Any]:
+    """Return the totals of no row, TOTALS (1,)."""
+    totals = np.zeros(1, TOTALS)
+    for name in EVENTS:
+        totals[name] = np.nan
+    return totals
+
+
+# --- what a metric is -------------------------------------------------------------------------------------------------
+
+
+class MetricSettings(NamedTuple):
+    """Settings on which the metrics of a run depend besides its log.
+
+    Attributes:
+        steady_from: start of the steady window [s].
+        period: control period [s].
+        lever: from the centre of the ball joint to the tool tip, body frame [m].
+        boundary_layer: half-width per axis of the band around S = 0 [rad/s] that counts as reached; None for laws
+            without a sliding surface.
+        resistance: of a coil of a spherical motor [Ω]; None for other motors.
+    """
+
+    steady_from: float
+    period: float
+    lever: tuple[float, float, float]
+    boundary_layer: tuple[float, float, float] | None
+    resistance: float | None = None
+
+    @property
+    def window_start(self) -> float:
+        """Time from which rows belong to the window [s]: half a period early, so that rounding of times is harmless."""
+        return self.steady_from - 0.5 * self.period
+
+    def packed(self) -> npt.NDArray[Any]:
+        """Return the settings as METRIC_SETTINGS (1,)."""
+        record = np.zeros(1, METRIC_SETTINGS)
+        record["start"], record["lever"] = self.window_start, self.lever
+        if self.boundary_layer is not None:
+            record["layer"], record["has_surface"] = self.boundary_layer, 1.0
+        record["has_coils"] = self.resistance is not None
+        return record
+
+
+class Needs(NamedTuple):
+    """Condition on a run for having a metric.
+
+    Attributes:
+        runs: the runs that meet it, in words.
+        met: True if a run with these settings meets it.
+    """
+
+    runs: str
+    met: Callable[[MetricSettings], bool]
+
+
+EVERY_RUN = Needs("all", lambda settings: True)
+SURFACE = Needs("laws with a sliding surface", lambda settings: settings.boundary_layer is not None)
+COILS = Needs("spherical motors", lambda settings: settings.resistance is not None)
+
+
+class Reduction(NamedTuple):
+    """Computation of a metric from the totals of its quantity.
+
+    Attributes:
+        value: of the totals of a quantity (``summed`` and ``largest``, or the time of an event), the rows in the steady
+            window, and the settings; None where there are too few rows.
+        extreme: True if leaving out rows can only make the value smaller.
+        window: True if the steady window must have a row.
+    """
+
+    value: Callable[[Any, float, MetricSettings], float | None]
+    extreme: bool = False
+    window: bool = True
+
+
+MEAN = Reduction(lambda total, rows, settings: total["summed"] / rows)
+ROOT_MEAN = Reduction(lambda total, rows, settings: sqrt(total["summed"] / rows))
+LARGEST = Reduction(lambda total, rows, settings: total["largest"], extreme=True)
+ROOT_LARGEST = Reduction(lambda total, rows, settings: sqrt(total["largest"]), extreme=True)
+FIRST_TIME = Reduction(lambda total, rows, settings: None if isnan(total) else total, window=False)
+PER_SECOND_AND_AXIS = Reduction(
+    lambda total, rows, settings: total["summed"] / (3.0 * (rows - 1.0) * settings.period) if rows > 1.0 else None
+)
+MEAN_POWER = Reduction(lambda total, rows, settings: (settings.resistance or 0.0) * total["summed"] / rows)
+
+
+@dataclass(frozen=True)
+class Metric:
+    """Figure of merit of a run.
+
+    Attributes:
+        name: identifier, which ends with the unit of the value; the key in JSON, tables of campaigns and recordings.
+        label: words for tables.
+        heading: shorter words, for the head of a column.
+        unit: of the value; empty for a number without one.
+        quantity: entry of QUANTITIES or EVENTS that it is computed from.
+        reduction: how.
+        meaning: definition, in a sentence without a full stop.
+        shown: factor for people, and the unit of the product; None for the value itself.
+        digits: significant digits in tables.
+        needs: which runs have it.
+        since: format of recordings that has it first.
+        less_is_better: False if it describes the run without judging it.
+        unbounded: True if it can be infinite, which counts as no value.
+    """
+
+    name: str
+    label: str
+    heading: str
+    unit: str
+    quantity: str
+    reduction: Reduction
+    meaning: str
+    _: KW_ONLY
+    shown: tuple[float, str] | None = None
+    digits: int = 4
+    needs: Needs = EVERY_RUN
+    since: int = 1
+    less_is_better: bool = True
+    unbounded: bool = False
+
+    @property
+    def extreme(self) -> bool:
+        """True if a thinned series can only underestimate it."""
+        return self.reduction.extreme
+
+    @property
+    def shown_unit(self) -> str:
+        """Unit in which people see it."""
+        return self.unit if self.shown is None else self.shown[1]
+
+    def shown_value(self, value: float | None) -> float | None:
+        """Convert a value to the unit in which people see it."""
+        return value if value is None or self.shown is None else self.shown[0] * value
+
+    @property
+    def label_and_unit(self) -> str:
+        """Label with the unit in which people see it, in brackets."""
+        return f"{self.label} [{self.shown_unit}]" if self.shown_unit else self.label
+
+    @property
+    def heading_and_unit(self) -> str:
+        """Heading with the unit in which people see it, in brackets."""
+        return f"{self.heading} [{self.shown_unit}]" if self.shown_unit else self.heading
+
+    def value(self, totals: Any, settings: MetricSettings) -> float | None:
+        """Compute the value from a TOTALS record; None where there is none."""
+        rows = float(totals["rows"])
+        if self.reduction.window and not rows:
+            return None
+        found = self.reduction.value(totals[self.quantity], rows, settings)
+        return None if found is None or (self.unbounded and not isfinite(found)) else float(found)
+
+
+# --- the registry -----------------------------------------------------------------------------------------------------
+
+METRICS: dict[str, Metric] = {
+    metric.name: metric
+    for metric in (
+        Metric(
+            "rms_error_rad", "attitude error, RMS", "RMS error", "rad", "error_squared", ROOT_MEAN,
+            "RMS attitude error |e|",
+        ),
+        Metric(
+            "max_error_rad", "attitude error, largest", "max error", "rad", "error_squared", ROOT_LARGEST,
+            "largest attitude error |e|",
+        ),
+        Metric(
+            "rms_tip_error_mm", "tip error, RMS", "RMS tip error", "mm", "tip_error_squared", ROOT_MEAN,
+            "RMS distance of `tip` from `desired_tip`, where it would be at the desired attitude",
+        ),
+        Metric(
+            "max_tip_error_mm", "tip error, largest", "max tip error", "mm", "tip_error_squared", ROOT_LARGEST,
+            "largest distance of `tip` from `desired_tip`",
+        ),
+        Metric(
+            "chattering_Nm_per_s", "chattering", "chattering", "N·m/s", "command_step", PER_SECOND_AND_AXIS,
+            "Σ |τ[k] − τ[k−1]| of the torque asked for, per second, mean over the axes",
+        ),
+        Metric(
+            "peak_torque_Nm", "torque, peak", "peak torque", "N·m", "torque_squared", ROOT_LARGEST,
+            "largest torque |τ|",
+        ),
+        Metric(
+            "rms_torque_Nm", "torque, RMS", "RMS torque", "N·m", "torque_squared", ROOT_MEAN,
+            "RMS torque |τ|",
+        ),
+        Metric(
+            "saturated_fraction", "saturated", "saturated", "", "saturated", MEAN,
+            "fraction of the control instants at which a limit cut the torque",
+            shown=(100.0, "%"),
+        ),
+        Metric(
+            "reaching_time_s", "surface reached at", "reached at", "s", "surface_reached", FIRST_TIME,
+            "first time in the run at which |S| is within the law's boundary layer on every axis",
+            needs=SURFACE,
+        ),
+        Metric(
+            "max_tilt_rad", "tilt, largest", "max tilt", "rad", "tilt", LARGEST,
+            "largest angle between the tool and its direction at the identity",
+            less_is_better=False,
+        ),
+        Metric(
+            "copper_loss_W", "copper loss", "copper loss", "W", "current_squared", MEAN_POWER,
+            "mean power lost in the coils",
+            needs=COILS,
+        ),
+        Metric(
+            "peak_current_A", "coil current, peak", "peak current", "A", "current_squared", ROOT_LARGEST,
+            "largest current of a coil",
+            needs=COILS,
+        ),
+        Metric(
+            "max_condition_number", "condition number, largest", "condition", "", "condition", LARGEST,
+            "largest condition number of the torque map for which currents were found, if it is finite",
+            needs=COILS, unbounded=True,
+        ),
+    )
+}  # fmt: skip
+"""All metrics by name, in the order of tables.
+
+:meta hide-value:
+"""
+
+
+class Metrics(Mapping[str, float | None]):
+    """Metrics of a run: a mapping from every name of :data:`METRICS` to a value, and an attribute for each.
+
+    A value is None where the run does not have the metric, where the steady window has no row, or where what it
+    measures did not happen. :attr:`available` tells the first of these cases from the others.
+
+    Args:
+        values: of the metrics that the run has, by name; None for those without a value.
+
+    Raises:
+        KeyError: there is no metric of such a name.
+    """
+
+    __slots__ = ("_values",)
+
+    def __init__(self, values: Mapping[str, float | None]) -> None:
+        unknown = [name for name in values if name not in METRICS]
+        if unknown:
+            raise KeyError(unknown[0])
+        self._values = {name: values[name] for name in METRICS if name in values}
+
+    @classmethod
+    def computed(cls, totals: Any, settings: MetricSettings) -> Self:
+        """Compute the metrics that a run with these settings has from a TOTALS record."""
+        return cls({name: each.value(totals, settings) for name, each in METRICS.items() if each.needs.met(settings)})
+
+    @classmethod
+    def recorded(cls, values: Mapping[str, float | None], settings: MetricSettings, recording_format: int) -> Self:
+        """Restore the metrics of a recording.
+
+        Args:
+            values: as they are recorded.
+            settings: of the run.
+            recording_format: of the recording; metrics of later formats may be missing.
+
+        Raises:
+            KeyError: a metric that the recording must have is missing, or there is none of such a name.
+        """
+        wanted = {name for name, each in METRICS.items() if each.needs.met(settings)}
+        for name in wanted - set(values):
+            if METRICS[name].since <= recording_format:
+                raise KeyError(name)
+        return cls({name: value for name, value in values.items() if name in wanted or value is not None})
+
+    @property
+    def available(self) -> dict[str, float | None]:
+        """Values by name of the metrics that the run has."""
+        return dict(self._values)
+
+    def __getitem__(self, name: str) -> float | None:
+        """Return the value of a metric; None where the run has none."""
+        if name not in METRICS:
+            raise KeyError(name)
+        return self._values.get(name)
+
+    def __getattr__(self, name: str) -> float | None:
+        """Return the value of a metric as an attribute."""
+        if name not in METRICS:
+            raise AttributeError(f"there is no metric {name!r}")
+        return self._values.get(name)
+
+    def __iter__(self) -> Iterator[str]:
+        """Iterate over the names of all metrics."""
+        return iter(METRICS)
+
+    def __len__(self) -> int:
+        """Return the number of all metrics."""
+        return len(METRICS)
+
+    def __dir__(self) -> Iterable[str]:
+        """List the attributes, metrics included."""
+        return [*super().__dir__(), *METRICS]
+
+    def __repr__(self) -> str:
+        """Return the values as one would write them."""
+        return f"Metrics({self._values!r})"
+
+
+def _described(metric: Metric) -> str:
+    """Describe a metric in the way of a docstring's section of attributes."""
+    unit = f" [{metric.unit}]" if metric.unit else ""
+    runs = "" if metric.needs is EVERY_RUN else f"; of {metric.needs.runs} only"
+    return f"        {metric.name}: {metric.meaning.replace('`', '``')}{unit}{runs}."
+
+
+_ATTRIBUTES = "\n".join(map(_described, METRICS.values()))
+Metrics.__doc__ = f"{(Metrics.__doc__ or '').rstrip()}\n\n    Attributes:\n{_ATTRIBUTES}\n    "
+
+
+def markdown_table() -> str:
+    """Return the registry as a Markdown table for the documentation."""
+    rows = [("figure", "name", "unit", "is", "runs"), ("---",) * 5]
+    rows += [(each.label, f"`{name}`", each.unit, each.meaning, each.needs.runs) for name, each in METRICS.items()]
+    return "\n".join("| {} | {} | {} | {} | {} |".format(*(cell.replace("|", "\\|") for cell in row)) for row in rows)

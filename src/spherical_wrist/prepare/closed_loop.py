@@ -1,0 +1,242 @@
+"""Closed loop of one run, prepared from an experiment: models, law, sensors and motors, and source of the inputs."""
+
+from collections.abc import Callable
+from typing import Any, NoReturn
+
+import numpy as np
+import numpy.typing as npt
+
+from spherical_wrist.actuation import Actuation
+from spherical_wrist.actuation import Ideal as IdealActuation
+from spherical_wrist.actuation.drive import drive_of
+from spherical_wrist.compat.libmujoco import drop_step_timer
+from spherical_wrist.control.contract import COMMAND, SIGNAL, Law
+from spherical_wrist.disturbance import Torque
+from spherical_wrist.errors import LawError
+from spherical_wrist.experiment.description import Experiment
+from spherical_wrist.experiment.perturbation import Start
+from spherical_wrist.experiment.timing import Timing
+from spherical_wrist.loop import loop
+from spherical_wrist.loop.engine import interpreted_engine
+from spherical_wrist.loop.instant import write_errors, write_model
+from spherical_wrist.loop.outcome import Outcome, Status
+from spherical_wrist.loop.rollout import Inputs, LoopArguments
+from spherical_wrist.prepare.cache import Models, RunCache
+from spherical_wrist.prepare.inputs import InputSource, Motion
+from spherical_wrist.prepare.user_part_checks import check_step, checked_motion, checked_torque
+from spherical_wrist.sensing import Ideal as IdealSensing
+from spherical_wrist.sensing import Sensing
+from spherical_wrist.sensing.measure import sensor_of
+from spherical_wrist.sensing.samples import Samples
+from spherical_wrist.so3 import quaternion_exp, quaternion_product, relative_attitude, rotate
+from spherical_wrist.wrist import Wrist
+
+Array = npt.NDArray[np.float64]
+
+RATE_LIMIT = 1000.0
+"""Rate [rad/s] above which a run has diverged: one radian per millisecond, far beyond any wrist."""
+
+CHUNK = 8192
+"""Control periods per chunk. Chunks bound the memory of a run of any duration."""
+
+NO_ERROR, IDEAL_SENSING, IDEAL_ACTUATION = Start(), IdealSensing(), IdealActuation()
+
+MAX_STEPS = 16 * CHUNK
+"""Most physics steps per chunk: bounds the time between two checks of ``stop``, and the memory of the disturbance."""
+
+
+class ClosedLoop:
+    """Closed loop of one run, created at the initial state.
+
+    Args:
+        models: plant and nominal model.
+        law: control law.
+        reference: desired motion.
+        disturbance: torque on the plant's joint.
+        timing: control and physics periods.
+        cache: cache of the thread, which also gives the engine.
+        start: initial errors.
+        sensing: sensors.
+        actuation: motors.
+        seed: seed of the random faults of sensors and motors.
+
+    Attributes:
+        parts: arguments of the loop, with the present state.
+        sensing: sensors.
+        actuation: motors.
+        widths: size of the law's state, and number of coil currents.
+        sample: number of control instants simulated so far.
+        outcome: outcome of the run; None while it runs.
+
+    Raises:
+        LawError: the law raises, writes no torque, or cannot be compiled.
+    """
+
+    def __init__(
+        self,
+        models: Models,
+        law: Law,
+        reference: Motion,
+        disturbance: Torque,
+        timing: Timing,
+        cache: RunCache,
+        *,
+        start: Start = NO_ERROR,
+        sensing: Sensing = IDEAL_SENSING,
+        actuation: Actuation = IDEAL_ACTUATION,
+        seed: int = 0,
+    ) -> None:
+        drop_step_timer()
+        self.sample = 0
+        self.outcome: Outcome | None = None
+        self._models, self._law, self._timing, self._reference = models, law, timing, reference
+        self.sensing, self.actuation = sensing, actuation
+        engine, wrist, data = cache.engine, models.wrist, models.data
+        settings = _settings(law, timing, actuation)
+        samples = Samples(sensing, timing.control_period, seed)
+        aged = sensing.timestamped and not sensing.ideal
+        self._source = InputSource(timing, reference, disturbance, samples, aged, float(settings["ahead"][0]))
+        periods = timing.control_period, timing.physics_period
+        drive = drive_of(actuation, wrist.motors, wrist.lower, wrist.upper, *periods, seed)
+        plant = loop.Plant(
+            engine.handle(models.plant),
+            engine.handle(data),
+            *(data.qpos, data.qvel, data.ctrl, data.qfrc_applied, data.warning.number),
+        )
+        data.qpos[:], data.qvel[:] = _initial_state(reference, start)
+        state, signal, command = law.packed_state(), np.zeros(1, SIGNAL), np.zeros(1, COMMAND)
+        if type(law) not in cache.checked_laws:
+            self._check_law(state, signal, settings)
+            cache.checked_laws.add(type(law))
+        prepared = cache.law(law)
+        self.parts = LoopArguments(
+            *(prepared.step, prepared.packed, state, plant, models.nominal.handles),
+            *(sensor_of(sensing, timing.control_period), drive, settings, signal, command),
+        )
+        self.widths = law.state_size, len(drive.coils)
+
+    def next_inputs(self, samples: int = CHUNK, steps: int = MAX_STEPS) -> Inputs:
+        """Sample the inputs of the next control periods: at most ``samples``, and at most ``steps`` physics steps."""
+        samples = min(samples, max(1, steps // self._timing.substeps))
+        last = min(self.sample + samples, self._timing.samples) if self.outcome is None else self.sample
+        self.parts.settings["first"] = self.sample
+        return self.draw(self.sample, last)
+
+    def draw(self, first: int, last: int) -> Inputs:
+        """Sample the inputs of control instants ``first`` to ``last`` − 1. Calls must be in order, without gaps."""
+        return self._source.draw(first, last)
+
+    def record_progress(self, logged: int, status: int) -> None:
+        """Add the control periods of one call of the loop, and set ``outcome`` if the run has ended.
+
+        Raises:
+            LawError: the law wrote a torque that is not finite.
+        """
+        self.sample += logged
+        time = self.sample * self._timing.control_period
+        if status == loop.NO_TORQUE:
+            self.raise_law_error("wrote a torque that is not finite")
+        if status == loop.TOO_FAST:
+            speed = float(np.linalg.norm(self.parts.plant.qvel))
+            reason = f"the wrist turns at {speed:.4g} rad/s, beyond {RATE_LIMIT:g} rad/s"
+            self.outcome = Outcome(Status.DIVERGED, time, reason)
+        elif status == loop.UNSTABLE:
+            self.outcome = Outcome(Status.DIVERGED, time, "the physics became unstable (state not finite or huge)")
+        elif self.sample == self._timing.samples:
+            self.outcome = Outcome(Status.COMPLETED, time)
+
+    def raise_law_error(self, fault: str) -> NoReturn:
+        """Raise the error of the law at the present instant, as one interpreted step shows it if it can.
+
+        Raises:
+            LawError: always.
+        """
+        check_step(self._law, self.parts.signal, self.parts.state)
+        time = float(self.parts.signal["time"][0])
+        raise LawError(f"law {self._law.name!r} at t = {time:.6g} s {fault}")
+
+    @property
+    def wrist(self) -> Wrist:
+        """Nominal wrist, whose motors and tool the plant shares."""
+        return self._models.wrist
+
+    def _check_law(self, state: Array, signal: npt.NDArray[Any], settings: npt.NDArray[Any]) -> None:
+        """Run one control instant in plain Python, which raises errors that compiled code would miss."""
+        engine, data = interpreted_engine(), self._models.data
+        desired = engine.records(self._reference.motion(np.zeros(1)))
+        q, w = tuple(map(float, data.qpos)), tuple(map(float, data.qvel))
+        trial = self._models.nominal.interpreted()
+        record, scale = engine.record(signal), float(settings["rate_scale"][0])
+        write_errors(record, engine.record(settings), 0, q, w, desired[0], 0.0)
+        write_model(record, scale, trial, q, w, desired[0], desired[0], 0.0)
+        check_step(self._law, signal, state)
+
+
+def _initial_state(reference: Motion, start: Start) -> tuple[tuple[float, ...], Array]:
+    """Return the attitude and rate that give the errors of ``start``."""
+    desired = reference.motion(np.zeros(1))[0]
+    w, x, y, z = map(float, desired["attitude"])
+    a, b, c = map(float, desired["rate"])
+    q_d, w_d = (w, x, y, z), (a, b, c)
+    back = (-start.error[0], -start.error[1], -start.error[2])
+    q = quaternion_product(q_d, quaternion_exp(back))
+    carried = rotate(relative_attitude(q, q_d), w_d)
+    return q, np.subtract(carried, start.rate_error)
+
+
+def _settings(law: Law, timing: Timing, actuation: Actuation) -> npt.NDArray[Any]:
+    settings = np.zeros(1, loop.SETTINGS)
+    settings["period"] = timing.control_period
+    settings["substeps"] = timing.substeps
+    settings["ahead"] = 0.5 * timing.control_period + actuation.lag if law.looks_ahead else 0.0
+    settings["rate_scale"] = 0.0 if law.gravity_only else 1.0
+    settings["rate_limit"] = RATE_LIMIT
+    return settings
+
+
+def prepare(
+    experiment: Experiment,
+    cache: RunCache,
+    *,
+    stop: Callable[[], bool] = lambda: False,
+    slot: int = 0,
+    models: Models | None = None,
+) -> ClosedLoop:
+    """Prepare the closed loop that an experiment describes.
+
+    Args:
+        experiment: experiment to run.
+        cache: cache of this thread.
+        stop: polled while the disturbance is sized; returns True to stop.
+        slot: slot of the cache, which determines the plant that is used.
+        models: plant and nominal model; by default those of the cache.
+
+    Raises:
+        StoppedError: ``stop`` returned True.
+        ParameterError: the periods are no multiples of each other, or the disturbance has no size.
+        ModelError: the MJCF file is not a wrist.
+        LawError: the law raises, writes no torque, or cannot be compiled.
+    """
+    timing = experiment.timing(cache.wrist(experiment.wrist_file) if models is None else models.wrist)
+    if models is None:
+        models = cache.models(experiment.wrist_file, experiment.perturbation, timing, slot)
+    drawn = checked_motion(experiment.reference, experiment.generator_of_reference, experiment.duration)
+    reference, load, seed = cache.motion(drawn), experiment.disturbance, experiment.seed
+    peak = 0.0
+    if load.amplitude is None and load.level > 0.0:
+        nominal = models.nominal
+        key = ("peak", experiment.wrist_file, drawn, timing)
+        peak = cache.value(key, lambda: nominal.peak_torque(reference, timing, stop))
+    torque = checked_torque(load, peak, np.random.default_rng(seed))
+    return ClosedLoop(
+        models,
+        experiment.law,
+        reference,
+        cache.sampled(("torque", load, peak, seed), torque),
+        timing,
+        cache,
+        start=experiment.start,
+        sensing=experiment.sensing,
+        actuation=experiment.actuation,
+        seed=seed,
+    )

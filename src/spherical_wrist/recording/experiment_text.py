@@ -1,0 +1,91 @@
+"""Experiment as text for the viewer, with units and meaning from the declared parameters."""
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from spherical_wrist.experiment.description import PARTS, Experiment
+from spherical_wrist.parameters import Member, matters, unit_of
+from spherical_wrist.recording.metrics_text import is_zero, table, text, words
+
+FIRST = ("law", "reference", "disturbance", "mass_scale", "payload", "seed")
+"""Entries that come first."""
+
+
+def title(description: Mapping[str, Any]) -> str:
+    """Return the title of a recording: its law and its reference."""
+    parts = [description[key] for key in ("law", "reference") if key in description]
+    return " · ".join(str(part["name"]) if isinstance(part, Mapping) else text(part) for part in parts) or "wrist"
+
+
+def experiment_text(description: Mapping[str, Any]) -> str:
+    """Return an experiment as Markdown tables.
+
+    Entries that are zero or not given are left out, except the seed; likewise faults that sensors and motors do not
+    have, and parameters that have no effect beside the others.
+
+    Args:
+        description: experiment as plain tables, as it is recorded.
+    """
+    rows: list[tuple[str, str]] = []
+    details: list[tuple[str, str]] = []
+    for key in sorted(description, key=lambda key: FIRST.index(key) if key in FIRST else len(FIRST)):
+        value = description[key]
+        if isinstance(value, Mapping) and "name" in value:
+            _add_part(key, value, rows, details)
+        elif value is not None and (key == "seed" or not is_zero(value)):
+            rows.append((words(key), f"{text(value)} {unit(key, description)}".strip()))
+    return table(("experiment", ""), rows) + "\n\n" + table(("parameters", ""), details)
+
+
+def unit(name: str, description: Mapping[str, Any]) -> str:
+    """Return the unit of a value of an experiment, ``""`` if it has none or only the file of a user's own law knows it.
+
+    Args:
+        name: dotted name, such as ``law.K``.
+        description: the experiment, whose names of laws and other parts say what parameters they have.
+    """
+    key, _, parameter = name.partition(".")
+    if not parameter:
+        return unit_of(Experiment, key) if key in Experiment.model_fields else ""
+    member = _member(key, description.get(key))
+    return unit_of(member, parameter) if member is not None and parameter in member.model_fields else ""
+
+
+def _member(key: str, part: Any) -> type[Member] | None:
+    """Return the class of a part, None if it is not one of the package's."""
+    if key not in PARTS or not isinstance(part, Mapping):
+        return None
+    return PARTS[key].members.get(str(part.get("name")))
+
+
+def _add_part(key: str, part: Mapping[str, Any], rows: list[tuple[str, str]], details: list[tuple[str, str]]) -> None:
+    """Add a part to the table of the experiment, its parameters to the other table, unless there is room beside it."""
+    name, entries = part["name"], list(_entries(key, part))
+    if key == "disturbance":
+        rows.append((words(key), ", ".join([f"**{name}**", *(f"{entry} {value}" for entry, value in entries)])))
+    elif not hasattr(PARTS.get(key), "ideal") or name != "ideal":
+        rows.append((words(key), f"**{name}**"))
+        details += [(f"{words(key)}: {entry}", value) for entry, value in entries]
+    elif entries:  # a line each: the viewer would cut a long one off
+        heads = [(words(key), "**ideal** but for "), *[("", "")] * (len(entries) - 1)]
+        rows += [(head, f"{but}{entry} {value}") for (head, but), (entry, value) in zip(heads, entries, strict=True)]
+
+
+def _entries(key: str, part: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+    """Yield the parameters of a part that have an effect, in words and with units."""
+    member, family = _member(key, part), PARTS.get(key)
+    faults = hasattr(family, "ideal")
+    for name, value in part.items():
+        known = member is not None and name in member.model_fields
+        if name == "name" or value is None or (known and member is not None and not matters(member, name, part)):
+            continue
+        if faults and (is_zero(value) or _is_usual_choice(family, name, value)):
+            continue
+        label = words(name) if faults or key == "disturbance" else name
+        yield label, f"{text(value)} {unit(f'{key}.{name}', {key: part})}".strip()
+
+
+def _is_usual_choice(family: type[Member] | None, name: str, value: Any) -> bool:
+    """Return True for a choice by name that every member of a family makes by default."""
+    usual = family is not None and name in family.model_fields and family.model_fields[name].default == value
+    return usual and isinstance(value, str)

@@ -1,0 +1,82 @@
+"""Metrics as text for the viewer, and the parts of such texts."""
+
+from collections.abc import Iterator, Mapping, Sequence
+
+from spherical_wrist.measure.metrics import METRICS, Metric
+from spherical_wrist.recording.layout import JSON
+
+_SPELLED = {"rms": "RMS", "Nm": "N·m", "com": "CoM"}
+
+
+def metrics_text(properties: Mapping[str, Mapping[str, JSON]], rows: int, every: int) -> str:
+    """Return outcome and metrics as Markdown tables.
+
+    Args:
+        properties: of the recording; its metrics are those that the run has.
+        rows: number of rows that are recorded.
+        every: the recording has every ``every``-th control instant.
+    """
+    outcome = properties.get("outcome", {})
+    lines = []
+    if "status" in outcome:
+        time = outcome.get("time_s")
+        at = f" at {time:.6g} s" if isinstance(time, int | float) else ""
+        lines = [f"**{outcome['status']}**{at}", str(outcome.get("reason") or "")]
+    figures = properties.get("metrics", {})
+    metrics = [(each.label, _metric(each, figures[name])) for name, each in METRICS.items() if name in figures]
+    which = "every control instant" if every == 1 else f"every {every}th control instant"
+    lines += [table(("metric", "value"), metrics), f"{rows} rows, {which}"]
+    return "\n\n".join(line for line in lines if line)
+
+
+def flattened(entries: Mapping[str, JSON], prefix: str = "") -> Iterator[tuple[str, float | str]]:
+    """Yield the entries of nested tables as numbers and texts, by dotted name; entries without a value are left out."""
+    for key, value in entries.items():
+        name = f"{prefix}{key}" or "–"
+        if isinstance(value, Mapping):
+            yield from flattened(value, f"{name}.")
+        elif isinstance(value, int | float) and not isinstance(value, bool):
+            yield name, float(value)
+        elif value is not None:
+            yield name, text(value)
+
+
+def _metric(metric: Metric, value: JSON) -> str:
+    if not isinstance(value, int | float):
+        return "–"
+    shown = metric.shown_value(value)
+    return f"**{shown:.{metric.digits}g}** {metric.shown_unit}".rstrip()
+
+
+def words(name: str) -> str:
+    """Return the name of a parameter in words."""
+    return " ".join(_SPELLED.get(word, word) for word in name.split("_"))
+
+
+def text(value: JSON) -> str:
+    """Return a value as text; a vector of equal components as one number."""
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, float):
+        return f"{value:.4g}"
+    if isinstance(value, Sequence) and not isinstance(value, str):
+        parts = [text(part) for part in value]
+        return parts[0] if len(parts) > 1 and len(set(parts)) == 1 else ", ".join(parts)
+    if isinstance(value, Mapping):
+        return ", ".join(f"{key} {text(part)}" for key, part in value.items())
+    return str(value)
+
+
+def is_zero(value: JSON) -> bool:
+    """Return True for zero, and for vectors of zeros; choices by name and flags are not zero."""
+    if isinstance(value, Sequence) and not isinstance(value, str):
+        return all(is_zero(part) for part in value)
+    return not isinstance(value, str | bool) and value == 0
+
+
+def table(head: tuple[str, str], rows: Sequence[tuple[str, str]]) -> str:
+    """Return a Markdown table; empty without rows."""
+    if not rows:
+        return ""
+    lines = [head, ("---", "---"), *rows]
+    return "\n".join("| {} | {} |".format(*(cell.replace("|", "\\|") for cell in line)) for line in lines)

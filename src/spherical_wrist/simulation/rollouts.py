@@ -1,0 +1,170 @@
+"""Rollouts of experiments: prepare, run chunk by chunk, compute the metrics."""
+
+import threading
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from typing import Any, NamedTuple
+
+from spherical_wrist.compat.libmujoco import warnings_kept_in_data
+from spherical_wrist.errors import one_line
+from spherical_wrist.experiment.description import Experiment
+from spherical_wrist.loop.outcome import Outcome, Status, StoppedError
+from spherical_wrist.loop.rollout import Rollout, compiled_run_all, run_chunk
+from spherical_wrist.measure.logged import Logged
+from spherical_wrist.measure.metrics import Metrics, MetricSettings
+from spherical_wrist.prepare.cache import RunCache
+from spherical_wrist.prepare.closed_loop import CHUNK, MAX_STEPS, ClosedLoop, prepare
+from spherical_wrist.simulation.metric_accumulator import MetricAccumulator
+
+
+class RolloutResult(NamedTuple):
+    """Result of a run without its series.
+
+    Attributes:
+        outcome: outcome of the run.
+        metrics: metrics of the run.
+        measurement: settings of the metrics.
+        wall_time: wall time of the simulation, without preparation and compilation [s].
+    """
+
+    outcome: Outcome
+    metrics: Metrics
+    measurement: MetricSettings
+    wall_time: float
+
+
+def _discard(loop: ClosedLoop, logged: Logged) -> None:
+    """Discard the log."""
+
+
+def roll_out(
+    makers: Sequence[Callable[[], Experiment]],
+    cache: RunCache,
+    *,
+    stop: Callable[[], bool] = lambda: False,
+    keep: Callable[[ClosedLoop, Logged], None] = _discard,
+    chunk: int = CHUNK,
+) -> list[RolloutResult | Exception]:
+    """Run experiments to their end, and compute their metrics. The results are bit for bit those of separate runs.
+
+    All experiments are prepared before the first one runs, which is faster: a run evicts from the processor's caches
+    what the next preparation needs, and the thread waits for Python's lock only once.
+
+    Args:
+        makers: functions that create the experiments, at most ``SLOTS``.
+        cache: cache of this thread.
+        stop: polled a few times a second; returns True to stop. Unfinished runs then end as ``interrupted``.
+        keep: called with the loop and each chunk of its log; only for a single experiment.
+        chunk: number of control periods per chunk; the results do not depend on it.
+
+    Returns:
+        Result of each experiment, or the exception that creating, preparing or running it raised.
+    """
+    with warnings_kept_in_data():
+        with _preparation_turn():
+            runs = [_Run(make, cache, slot, stop) for slot, make in enumerate(makers)]
+            rollouts = _rollouts(runs, chunk)
+        if cache.engine.compiled:
+            compiled_run_all()  # before time is taken
+        while rollouts:
+            if stop():
+                break
+            began = time.perf_counter()
+            done = run_chunk(list(rollouts.values()), cache.engine, cache.log(_longest(rollouts)))
+            elapsed = time.perf_counter() - began
+            with _preparation_turn():
+                for run, progress in zip(rollouts, done.progress, strict=True):
+                    run.update(progress, elapsed)
+                    if done.logged is not None and run.loop is not None and run.fault is None:
+                        keep(run.loop, done.logged)
+                rollouts = _rollouts(runs, chunk)
+    return [run.result() for run in runs]
+
+
+class _Run:
+    """Run of one experiment on a slot of a cache. It stores the exception of a failure."""
+
+    def __init__(self, make: Callable[[], Experiment], cache: RunCache, slot: int, stop: Callable[[], bool]) -> None:
+        self.loop: ClosedLoop | None = None
+        self.fault: Exception | None = None
+        self._wall_time, self._period = 0.0, 0.0
+        self._metrics: MetricAccumulator | None = None
+        try:
+            experiment = make()
+            self._measurement = experiment.measurement(cache.wrist(experiment.wrist_file))
+            self._metrics = MetricAccumulator(self._measurement, cache.engine)
+            self._period = experiment.control_period
+            self.loop = prepare(experiment, cache, stop=stop, slot=slot)
+        except StoppedError:
+            pass
+        except Exception as error:
+            self.fault = error
+
+    @property
+    def running(self) -> bool:
+        return self.loop is not None and self.fault is None and self.loop.outcome is None
+
+    def next_rollout(self, chunk: int, steps: int) -> Rollout | None:
+        """Return the next inputs with the arguments of the loop; None if sampling the inputs raises."""
+        assert self.loop is not None
+        assert self._metrics is not None
+        try:
+            inputs = self.loop.next_inputs(chunk, steps)
+        except Exception as error:
+            self.fault = error
+            return None
+        return Rollout(self.loop.parts, inputs, self._metrics.settings, self._metrics.totals, self.loop.widths)
+
+    def update(self, progress: Any, elapsed: float) -> None:
+        """Add the progress of one chunk, or store the error of the law."""
+        assert self.loop is not None
+        self._wall_time += elapsed
+        try:
+            if isinstance(progress, Exception):
+                self.loop.raise_law_error(f"raised {type(progress).__name__}: {one_line(progress)}")
+            self.loop.record_progress(progress.logged, progress.status)
+        except Exception as error:
+            self.fault = error
+
+    def result(self) -> RolloutResult | Exception:
+        if self.fault is not None:
+            return self.fault
+        assert self._metrics is not None
+        samples = 0 if self.loop is None else self.loop.sample
+        interrupted = Outcome(Status.INTERRUPTED, samples * self._period, "stopped on request")
+        outcome = None if self.loop is None else self.loop.outcome
+        return RolloutResult(outcome or interrupted, self._metrics.result(), self._measurement, self._wall_time)
+
+
+def _rollouts(runs: Sequence[_Run], chunk: int) -> dict[_Run, Rollout]:
+    """Sample the next inputs of every run that has not ended."""
+    running = [run for run in runs if run.running]
+    steps = MAX_STEPS // max(len(running), 1)  # together as many as a single run, so that ``stop`` is polled as often
+    rollouts = {run: run.next_rollout(chunk, steps) for run in running}
+    return {run: rollout for run, rollout in rollouts.items() if rollout is not None}
+
+
+def _longest(rollouts: dict[_Run, Rollout]) -> int:
+    return max(len(rollout.inputs.time) for rollout in rollouts.values())
+
+
+_preparing = threading.Lock()
+TURN_TIMEOUT = 0.02
+"""Longest time [s] that a thread waits for others to prepare: twice the usual time of a preparation.
+
+Two threads that prepare at the same time slow each other down by passing Python's lock to and fro, finish at the same
+time, and do so again after every chunk. Slow disturbances are sampled in NumPy without that lock, so that a longer
+wait does not help.
+"""
+
+
+@contextmanager
+def _preparation_turn() -> Iterator[None]:
+    """Let one thread prepare at a time, unless the wait is too long."""
+    acquired = _preparing.acquire(timeout=TURN_TIMEOUT)
+    try:
+        yield
+    finally:
+        if acquired:
+            _preparing.release()

@@ -1,0 +1,96 @@
+"""Run: the result of an experiment."""
+
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from functools import cache
+from pathlib import Path
+from platform import libc_ver, machine, python_version, system
+from tempfile import TemporaryDirectory
+from typing import Any
+
+from spherical_wrist.experiment.description import Experiment
+from spherical_wrist.experiment.embedded_files import EmbeddedFiles
+from spherical_wrist.experiment.perturbation import Perturbation
+from spherical_wrist.loop.machine_code import processor
+from spherical_wrist.loop.outcome import Outcome
+from spherical_wrist.measure.metrics import Metrics, MetricSettings
+from spherical_wrist.measure.series import Series
+from spherical_wrist.prepare.plant import plant_of
+from spherical_wrist.versions import package_version
+from spherical_wrist.wrist import Names, Wrist
+
+PACKAGES = ("spherical-wrist", "mujoco", "numpy", "scipy", "numba", "llvmlite", "pydantic", "rerun-sdk")
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Run(Series):
+    """Result of an experiment: its channels as attributes, how it ended and how well it tracked.
+
+    Attributes:
+        description: the experiment as plain tables, as it is recorded.
+        outcome: how the run ended.
+        metrics: figures of merit, always from the full series.
+        measurement: settings of the metrics.
+        versions: versions of the packages and the platform.
+        every: the series have every ``every``-th control instant only; 1 for all.
+        wall_time: time that simulating took, without compiling [s].
+        embedded_files: files that the experiment depends on, as they were.
+    """
+
+    description: Mapping[str, Any]
+    outcome: Outcome
+    metrics: Metrics
+    measurement: MetricSettings
+    versions: Mapping[str, str]
+    every: int = 1
+    wall_time: float = 0.0
+    embedded_files: EmbeddedFiles = field(default=EmbeddedFiles(), repr=False)
+    _experiment: Experiment | None = field(default=None, repr=False)
+
+    @property
+    def experiment(self) -> Experiment:
+        """Experiment; of a run from a recording, made from its description.
+
+        Raises:
+            WristError: it cannot be made here, for instance because the file of a user's own law is not there.
+        """
+        return self._experiment or Experiment(**self.description)
+
+    @contextmanager
+    def plant(self) -> Iterator[Wrist]:
+        """Load the plant from the embedded model; its file on disk may have changed or be gone.
+
+        The files of its meshes exist until the context is left.
+
+        Raises:
+            WristError: there is no embedded model, and the experiment cannot be made here.
+        """
+        if "model" not in self.embedded_files.places:
+            yield plant_of(self.experiment)
+            return
+        entries = {name: self.description[name] for name in (*Perturbation._fields, *Names._fields)}
+        with TemporaryDirectory() as folder:
+            self.embedded_files.unpack(Path(folder))
+            yield plant_of(Experiment(**entries, model=Path(folder) / self.embedded_files.places["model"]))
+
+    @property
+    def real_time_factor(self) -> float:
+        """Ratio of simulated time to wall time."""
+        return self.outcome.time / self.wall_time if self.wall_time > 0.0 else 0.0
+
+
+def versions() -> dict[str, str]:
+    """Versions of this package, of what it computes with, and of the platform."""
+    packages = {package: package_version(package) for package in PACKAGES}
+    return {**packages, "python": python_version(), "platform": f"{system()} {machine()}"}
+
+
+def circumstances() -> dict[str, str]:
+    """Everything outside of an experiment that may decide the last bits of a run: versions, C library and processor."""
+    return {**versions(), "C library": _c_library(), "processor": processor()}
+
+
+@cache
+def _c_library() -> str:
+    return " ".join(libc_ver()).strip() or "unknown"
