@@ -4,6 +4,7 @@ The only file that imports Dask, which is the queue, the pool and the protocol. 
 loopback interface only; without worker processes, nothing but its status page listens at all.
 """
 
+import gc
 import logging
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import CancelledError
@@ -218,12 +219,14 @@ def _security(tls: Tls | None) -> Security:
 @contextmanager
 def _quiet() -> Iterator[None]:
     """Silence Dask, which logs a page when a worker or a scheduler dies: the error here says it in one line."""
-    names = [name for name in logging.root.manager.loggerDict if name.split(".")[0] == "distributed"]
+    # asyncio logs the timeouts of connections that nobody waits for any more when they are collected as garbage
+    names = ["asyncio", *(name for name in logging.root.manager.loggerDict if name.split(".")[0] == "distributed")]
     before = {name: logging.getLogger(name).level for name in names}
     for name in names:
         logging.getLogger(name).setLevel(logging.CRITICAL)
     try:
         yield
     finally:
+        gc.collect()
         for name, level in before.items():
             logging.getLogger(name).setLevel(level)
