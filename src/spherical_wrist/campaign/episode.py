@@ -3,11 +3,12 @@
 from collections.abc import Iterable, Mapping
 from typing import Any, NamedTuple
 
+from spherical_wrist.channels import XYZ
 from spherical_wrist.errors import ParameterError, UnknownNameError
 from spherical_wrist.experiment.description import Experiment, with_changes
 from spherical_wrist.parameters import Parameters
 
-AXES = ("x", "y", "z")
+AXES = XYZ
 
 
 class Episode(NamedTuple):

@@ -27,6 +27,7 @@ from typing import Any
 
 import numpy as np
 
+from spherical_wrist.channels import XYZ
 from spherical_wrist.control.contract import SIGNAL
 from spherical_wrist.dynamics import MOTION
 from spherical_wrist.loop.addresses import records, table
@@ -37,7 +38,7 @@ from spherical_wrist.sensing.measure import SENSOR, Sensor
 from spherical_wrist.sensing.samples import SAMPLE
 from spherical_wrist.so3 import Vector3, rotate
 
-AXES = ("x", "y", "z")
+AXES = XYZ
 QUANTITIES = {
     "error": ("rad", 3.1416),
     "rate_error": ("rad/s", 2.0 * RATE_LIMIT),
