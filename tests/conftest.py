@@ -1,6 +1,7 @@
 """Fixtures that every test may use."""
 
 import os
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -18,6 +19,9 @@ settings.load_profile("wrist")
 
 # one cache of compiled code for all workers and for commands that run in another home
 os.environ.setdefault("WRIST_CACHE_DIR", str(Path(__file__).parents[1] / ".pytest_cache" / "compiled"))
+
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # as in the background of a shell, which all tests would inherit
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 WARM_UP = (
     "from spherical_wrist import Experiment, simulate; simulate(Experiment(duration=0.01))",

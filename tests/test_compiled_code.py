@@ -160,7 +160,7 @@ def test_the_bits_are_those_of_numbas_own_dispatcher(monkeypatch):
     scope = {**vars(compiler), "_step": type(law).step, "_LAYOUT": law.layout(), "_STATE": law.state_layout()}
     step = type(compiler._unpack_and_step)(compiler._unpack_and_step.__code__, scope, "step")
     monkeypatch.setattr(codegen, "_compiled", {})
-    task = codegen.Task(compiler._foreign, lambda function: True, numba_backend.REPLACED)
+    task = codegen.Task(compiler._foreign, numba_backend.REPLACED)
     monkeypatch.setattr(codegen, "_task", task)
     theirs = np.full(len(given) * COMMAND.itemsize // 8, np.nan).view(COMMAND)
     dispatcher, packed, state = numba.njit(error_model="numpy")(step), law.packed(), np.zeros(1)

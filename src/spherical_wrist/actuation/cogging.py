@@ -21,7 +21,7 @@ def cogging_torque(attitude: Quaternion, amplitude: float, detents: int) -> Vect
     v = (-amplitude * sin(detents * t[0]), -amplitude * sin(detents * t[1]), -amplitude * sin(detents * t[2]))
     angle = sqrt(t[0] * t[0] + t[1] * t[1] + t[2] * t[2])
     # below 1e-3 the next term of the series is under the rounding of the first
-    c = 1.0 / 12.0 + angle * angle / 720.0 if angle < 1e-3 else (1.0 - 0.5 * angle / tan(0.5 * angle)) / angle**2
+    c = 1.0 / 12.0 + angle * angle / 720.0 if angle < 1e-3 else (1.0 - 0.5 * angle / tan(0.5 * angle)) / (angle * angle)
     first = cross(t, v)
     second = cross(t, first)
     return (

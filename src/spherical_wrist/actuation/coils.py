@@ -71,7 +71,7 @@ def condition(g: Any) -> float:
     spread = sqrt((a * a + b * b + c * c + 2.0 * (d * d + e * e + f * f)) / 6.0)
     if spread == 0.0:
         return 1.0 if mean > 0.0 else np.inf
-    half = (a * (b * c - f * f) - d * (d * c - f * e) + e * (d * f - b * e)) / (2.0 * spread**3)
+    half = (a * (b * c - f * f) - d * (d * c - f * e) + e * (d * f - b * e)) / (2.0 * spread * spread * spread)
     angle = acos(min(1.0, max(-1.0, half))) / 3.0
     largest, smallest = mean + 2.0 * spread * cos(angle), mean + 2.0 * spread * cos(angle + 2.0 * pi / 3.0)
     return sqrt(largest / smallest) if smallest > 1e-14 * largest else np.inf

@@ -10,6 +10,7 @@ A function of an object is neither wrapped for Python nor optimised nor loaded o
 that calls it, and only the whole is optimised and emitted. That is most of the time that numba takes.
 """
 
+import atexit
 import gc
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
@@ -29,16 +30,19 @@ LIBRARY = "numba"
 try:
     import numba
     from llvmlite import ir
-    from numba.core import cgutils, compiler, types
+    from numba.core import cgutils, compiler, typed_passes, types, untyped_passes
     from numba.core.codegen import JITCodeLibrary, JITCPUCodegen
     from numba.core.compiler_lock import global_compiler_lock
+    from numba.core.compiler_machinery import PassManager
     from numba.core.registry import cpu_target
     from numba.core.typing.typeof import typeof_impl
+    from numba.np.arrayobj import populate_array
 except ImportError as error:
     raise MissingPartError(LIBRARY, str(error.name)) from None
 
+atexit.register(gc.freeze)  # or Python, when it ends, looks for garbage among what numba made: half a second
+
 _target, _typing = cpu_target.target_context, cpu_target.typing_context
-_optimise = private(LIBRARY, JITCodeLibrary, "_optimize_final_module")
 for _owner, _part in (
     (_target, "_internal_codegen"),
     (_typing, "_lookup_global"),
@@ -48,27 +52,54 @@ for _owner, _part in (
     private(LIBRARY, _owner, _part)
 
 
+UNUSED_PASSES = {
+    untyped_passes.WithLifting,
+    untyped_passes.InlineClosureLikes,
+    untyped_passes.DeadBranchPrune,
+    untyped_passes.MakeFunctionToJitFunction,
+    untyped_passes.InlineInlinables,
+    untyped_passes.LiteralUnroll,
+    typed_passes.InlineOverloads,
+    typed_passes.NopythonRewrites,
+}
+"""Passes for contexts, closures, loops over tuples of different types and array expressions."""
+
+
+class _ScalarPasses(compiler.CompilerBase):  # type: ignore[misc]
+    """Numba's passes but for those that find nothing in functions of plain loops over scalars: a tenth of the time."""
+
+    def define_pipelines(self) -> list[Any]:
+        """Return the only pipeline."""
+        every = compiler.DefaultPassBuilder.define_nopython_pipeline(self.state)
+        needed = PassManager("nopython")
+        for each, description in every.passes:
+            if each not in UNUSED_PASSES:
+                needed.add_pass(each, description)
+        needed.finalize()
+        return [needed]
+
+
 def _options(function: FunctionType, task: "Task") -> dict[str, Any]:
     """Return numba's options."""
-    wrappers = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
-    return {
-        **wrappers, "error_model": "numpy", "boundscheck": task.foreign(function), "_nrt": task.counts(function),
-    }  # fmt: skip
+    wrappers, foreign = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}, task.foreign(function)
+    return {**wrappers, "error_model": "numpy", "boundscheck": foreign, "_nrt": foreign}
+
+
+def _pipeline(function: FunctionType, task: "Task") -> Any:
+    """Return the passes for a function: all for a user's, and for one with a loop that is unrolled."""
+    return compiler.Compiler if task.foreign(function) or _unrolled(function, task) else _ScalarPasses
 
 
 class Task(NamedTuple):
     """Settings of a compilation.
 
     Attributes:
-        foreign: tells functions of a user, in which indices are checked: out of range, they would write into foreign
-            memory.
-        counts: tells functions that count references to arrays, which those must that allocate or return one. Without
-            counting, compilation takes less time.
+        foreign: tells functions of a user. Their indices are checked, since out of range they would write into foreign
+            memory, and they may allocate arrays, so that they count references.
         replaced: intrinsics, types of C functions, or functions of numba, by the Python function that they stand for.
     """
 
     foreign: Callable[[Any], bool]
-    counts: Callable[[FunctionType], bool]
     replaced: Mapping[Any, Any]
 
 
@@ -106,17 +137,25 @@ def emit(function: FunctionType, arguments: tuple[Any, ...], task: Task) -> Obje
         flags.no_compile = True
         whole = codegen.create_library(function.__qualname__)
         whole.enable_object_caching()
-        done = compiler.compile_extra(_typing, _target, function, arguments, None, flags, {}, library=whole)
-        whole.finalize()
+        done = compiler.compile_extra(
+            *(_typing, _target, function, arguments, None, flags, {}),
+            library=whole,
+            pipeline_class=_pipeline(function, task),
+        )
+        whole.link()
         module, symbol = whole._final_module, done.fndesc.llvm_func_name
         for each in module.functions:
             if not each.is_declaration and each.name != symbol:
                 each.linkage = "internal"  # what is inlined everywhere is then left out
-        _optimise(whole)
+        options = llvm.create_pipeline_tuning_options(speed_level=3)
+        builder = llvm.create_pass_builder(codegen._tm, options)
+        passes = builder.getModulePassManager()
+        passes.add_refprune_pass()
+        passes.run(module, builder)
         unused = llvm.create_new_module_pass_manager()
         unused.add_global_dead_code_eliminate_pass()
         unused.add_strip_dead_prototype_pass()
-        unused.run(module, codegen._pass_builder())
+        unused.run(module, builder)
         module.verify()
         if any(each.name.startswith("numba.dynamic.globals") for each in module.global_variables):
             raise TypeError("it refers to an object of this process, which machine code that is kept cannot")
@@ -190,14 +229,38 @@ def function_at(kind: Address) -> Any:
     return at
 
 
+def array_at(kind: Any) -> Any:
+    """Return an intrinsic that takes an entry with address, rows and columns for an array of a type."""
+
+    @numba.extending.intrinsic  # type: ignore[untyped-decorator]
+    def at(typing_context: Any, entry: Any) -> Any:
+        return kind(entry), _generate_array
+
+    return at
+
+
 @numba.extending.intrinsic  # type: ignore[untyped-decorator]
-def memory_at(typing_context: Any, address: Any) -> Any:
-    """Take an integer for an address."""
+def records_at(typing_context: Any, entry: Any, element: Any) -> Any:
+    """Take an entry with address, rows and columns for an array of records."""
+    return types.Array(element.dtype, 1, "C")(entry, element), _generate_array
 
-    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        return builder.inttoptr(arguments[0], cgutils.voidptr_t)
 
-    return types.voidptr(types.intp), generate
+def _generate_array(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    kind, entry, word = signature.return_type, signature.args[0], context.get_value_type(types.intp)
+    address, rows, columns = (
+        builder.load(cgutils.get_record_member(builder, arguments[0], entry.offset(name), word))
+        for name in ("address", "rows", "columns")
+    )
+    size = context.get_constant(types.intp, context.get_abi_sizeof(context.get_data_type(kind.dtype)))
+    shape, strides = [rows], [size]
+    if kind.ndim == 2:
+        shape, strides = [rows, columns], [builder.mul(columns, size), size]
+    elif kind.layout != "C":
+        strides = [builder.mul(columns, size)]
+    array = context.make_array(kind)(context, builder)
+    data = builder.inttoptr(address, array.data.type)
+    populate_array(array, data=data, shape=shape, strides=strides, itemsize=size, meminfo=None)
+    return array._getvalue()
 
 
 @numba.extending.intrinsic  # type: ignore[untyped-decorator]
@@ -227,9 +290,20 @@ def _type_of_function(function: Any, context: Any) -> Any:
             return found if isinstance(found, types.Type) else _typing.resolve_value_type(found)
         if isinstance(function, FunctionType):
             if function not in _compiled:
-                _compiled[function] = numba.njit(**_options(function, _task))(_unrolling(function, _task))
+                options = {**_options(function, _task), "pipeline_class": _pipeline(function, _task)}
+                _compiled[function] = numba.njit(**options)(_unrolling(function, _task))
             return types.Dispatcher(_compiled[function])
     return _default_type(function, context)
+
+
+def _unrolled(function: FunctionType, task: Task) -> dict[str, Any]:
+    """Return numba's own ``literal_unroll`` by the global names of what stands for it in a function."""
+    return {
+        name: numba.literal_unroll
+        for name in function.__code__.co_names
+        if isinstance(named := function.__globals__.get(name), FunctionType)
+        and task.replaced.get(named) is numba.literal_unroll
+    }
 
 
 def _unrolling(function: FunctionType, task: Task) -> FunctionType:
@@ -237,12 +311,7 @@ def _unrolling(function: FunctionType, task: Task) -> FunctionType:
 
     Numba looks for that object before it asks for types.
     """
-    found = {
-        name: numba.literal_unroll
-        for name in function.__code__.co_names
-        if isinstance(named := function.__globals__.get(name), FunctionType)
-        and task.replaced.get(named) is numba.literal_unroll
-    }
+    found = _unrolled(function, task)
     if not found:
         return function
     scope = {**function.__globals__, **found}
@@ -259,17 +328,24 @@ for _kind in (FunctionType, type(mujoco.mj_step)):
 
 
 class _Fragment(JITCodeLibrary):  # type: ignore[misc]
-    """A function on its way into an object: linked, but neither optimised nor loaded."""
+    """A function on its way into an object: neither optimised nor loaded, and linked once, with all that it needs."""
+
+    def finalize(self) -> None:
+        """Leave everything else to the function that is compiled for."""
+        self._finalized = True
+
+    def link(self) -> None:
+        """Link all functions that this one calls, and those that they call."""
+        found, waiting = {self}, [self]
+        while waiting:
+            for each in waiting.pop()._linking_libraries:
+                if each not in found:
+                    found.add(each)
+                    waiting.append(each)
+                    self._final_module.link_in(each._final_module, preserve=True)
 
     def _optimize_functions(self, ll_module: Any) -> None:
         ll_module.data_layout = self._codegen._data_layout
-
-    def _optimize_final_module(self) -> None:
-        pass
-
-    def _finalize_final_module(self) -> None:
-        self._finalize_dynamic_globals()
-        self._finalized = True
 
     def get_pointer_to_function(self, name: str) -> int:
         self._ensure_finalized()

@@ -37,36 +37,21 @@ def law_at(address: int) -> Any:
     raise NotImplementedError
 
 
-def loop_at(address: int) -> Any:
-    """Return the compiled loop at an address."""
-    raise NotImplementedError
-
-
-def memory(address: int) -> Any:
-    """Return an address as a pointer."""
-    raise NotImplementedError
-
-
-def carray(pointer: Any, shape: Any, kind: Any) -> Any:
-    """Return a contiguous array at a pointer."""
-    raise NotImplementedError
-
-
 def numbers(array: Any) -> Any:
     """Return the one-dimensional float64 array of an ARRAY entry."""
-    return carray(memory(array.address), (array.rows,), np.float64)
+    raise NotImplementedError
 
 
 def table(array: Any) -> Any:
     """Return the two-dimensional float64 array of an ARRAY entry."""
-    return carray(memory(array.address), (array.rows, array.columns), np.float64)
+    raise NotImplementedError
 
 
 def counters(array: Any) -> Any:
     """Return the one-dimensional int32 array of an ARRAY entry, with its stride."""
-    return carray(memory(array.address), (array.rows * array.columns,), np.int32)[:: array.columns]
+    raise NotImplementedError
 
 
 def records(array: Any, kind: Any) -> Any:
-    """Return the array of an ARRAY entry with elements of a structured dtype."""
-    return carray(memory(array.address), (array.rows,), kind)
+    """Return the one-dimensional array of an ARRAY entry with elements of a structured dtype."""
+    raise NotImplementedError

@@ -26,7 +26,6 @@ from spherical_wrist.control.contract import Law
 from spherical_wrist.dynamics import inverse_dynamics
 from spherical_wrist.errors import LawError, WristError, one_line
 from spherical_wrist.loop import object_cache
-from spherical_wrist.loop.loop import Progress, close_loop
 from spherical_wrist.loop.machine_code import Compiled, MachineCode, load, processor, processor_features
 from spherical_wrist.measure.metrics import TOTALS, accumulate
 from spherical_wrist.versions import package_version
@@ -44,17 +43,6 @@ PACKAGES = ("numba", "llvmlite")
 """Packages that machine code depends on, besides those that are imported anyway."""
 
 _compiling = threading.RLock()
-
-
-def compiled_loop() -> Callable[..., Progress]:
-    """Return ``close_loop`` compiled; it takes models and data by address, and records by that of an array."""
-    loop = _package_function(close_loop, "loop")
-    return lambda *arguments: Progress(*loop(*arguments))
-
-
-def loop_address() -> int:
-    """Return the address of the compiled ``close_loop``, for ``loop_at``."""
-    return _package_function(close_loop, "loop").address
 
 
 def compiled_inverse_dynamics() -> Compiled:

@@ -10,7 +10,6 @@ from spherical_wrist.compat.libmujoco import address_of
 from spherical_wrist.control.contract import Law
 from spherical_wrist.dynamics import inverse_dynamics
 from spherical_wrist.loop import compiler
-from spherical_wrist.loop.loop import close_loop
 from spherical_wrist.measure.metrics import accumulate
 
 Array = npt.NDArray[np.float64]
@@ -21,7 +20,6 @@ class Engine(NamedTuple):
 
     Attributes:
         compiled: True for machine code.
-        close_loop: see :func:`spherical_wrist.loop.loop.close_loop`.
         inverse_dynamics: see :func:`spherical_wrist.dynamics.inverse_dynamics`.
         accumulate: see :func:`spherical_wrist.measure.metrics.accumulate`.
         step: returns the step of a law as a function of packed parameters and state.
@@ -31,7 +29,6 @@ class Engine(NamedTuple):
     """
 
     compiled: bool
-    close_loop: Callable[..., Any]
     inverse_dynamics: Callable[..., None]
     accumulate: Callable[..., None]
     step: Callable[[Law], Any]
@@ -44,7 +41,6 @@ def compiled_engine() -> Engine:
     """Return the compiled engine, whose overhead over the physics is about a microsecond per step."""
     return Engine(
         True,
-        compiler.compiled_loop(),
         compiler.compiled_inverse_dynamics(),
         _accumulate,
         compiler.compiled_law,
@@ -63,7 +59,6 @@ def interpreted_engine() -> Engine:
     """Return the interpreted engine: the same source as plain Python, for a debugger; hundreds of times slower."""
     return Engine(
         False,
-        close_loop,
         inverse_dynamics,
         accumulate,
         interpreted_step,

@@ -13,16 +13,13 @@ import numpy as np
 import numpy.typing as npt
 from numba.core import types
 
-from spherical_wrist.actuation.drive import DRIVE, Drive
 from spherical_wrist.compat import numba as codegen
 from spherical_wrist.control.contract import COMMAND, SIGNAL
 from spherical_wrist.dynamics import MOTION, Nominal, pointer
 from spherical_wrist.loop import addresses
-from spherical_wrist.loop.loop import LOG, SETTINGS, Plant, Progress, unrolled
+from spherical_wrist.loop.loop import LOG, unrolled
 from spherical_wrist.loop.machine_code import MachineCode
 from spherical_wrist.measure.metrics import METRIC_SETTINGS, TOTALS
-from spherical_wrist.sensing.measure import SENSOR, Sensor
-from spherical_wrist.sensing.samples import SAMPLE
 
 ARGUMENTS = {
     "mj_step": 2,
@@ -52,7 +49,7 @@ def emit(
         Exception: numba cannot compile it.
     """
     arguments = SIGNATURES[signature] if isinstance(signature, str) else tuple(map(_array, signature))
-    found = codegen.emit(function, arguments, codegen.Task(foreign, lambda each: counts(each, foreign), REPLACED))
+    found = codegen.emit(function, arguments, codegen.Task(foreign, REPLACED))
     return MachineCode(found.symbol, _returned_words(found.returned), found.imports, found.code)
 
 
@@ -65,34 +62,24 @@ def _array(kind: npt.DTypeLike) -> Any:
     return types.Array(_record(dtype), 1 if dtype.names else 2, "C")
 
 
-_plant = types.NamedTuple(
-    [types.intp, types.intp, _vector, _vector, _vector, _vector, types.Array(types.int32, 1, "A")], Plant
-)
 _nominal = types.NamedTuple([types.intp, types.intp, _vector, _vector, _vector], Nominal)
-_sensor = types.NamedTuple([_record(SENSOR), _matrix], Sensor)
-_drive = types.NamedTuple([_record(DRIVE), _vector, _vector, _matrix, _vector, _vector, _matrix], Drive)
-_motion, _sample, _log = map(_array, (MOTION, SAMPLE, LOG))
+_motion, _log = map(_array, (MOTION, LOG))
 _law = codegen.Address("law", types.void(_record(SIGNAL), _vector, _vector, _record(COMMAND)))
-_loop_signature = types.NamedUniTuple(types.int64, 2, Progress)(
-    _law, _vector, _vector, _plant, _nominal, _sensor, _drive, _record(SETTINGS),
-    _motion, _motion, _motion, _sample, _matrix, _record(SIGNAL), _record(COMMAND), _log, _matrix, _matrix,
-)  # fmt: skip
-_loop = codegen.Address("loop", _loop_signature)
 
 SIGNATURES = {
     "law": _law.signature.args,
-    "loop": _loop.signature.args,
     "inverse": (_nominal, _motion, _matrix, _matrix),
     "accumulate": (_record(METRIC_SETTINGS), _record(TOTALS), _vector, _motion, _log, _matrix),
 }
-"""Arguments of a law's step, of the loop, of the inverse dynamics and of the sums of the metrics."""
+"""Arguments of a law's step, of the inverse dynamics and of the sums of the metrics."""
 
 REPLACED: dict[Any, Any] = {
     pointer: codegen.address_of,
-    addresses.memory: codegen.memory_at,
-    addresses.carray: numba.carray,
+    addresses.numbers: codegen.array_at(_vector),
+    addresses.table: codegen.array_at(_matrix),
+    addresses.counters: codegen.array_at(types.Array(types.int32, 1, "A")),
+    addresses.records: codegen.records_at,
     addresses.law_at: codegen.function_at(_law),
-    addresses.loop_at: codegen.function_at(_loop),
     unrolled: numba.literal_unroll,
     **{
         getattr(mujoco, name): types.ExternalFunction(name, types.void(*[types.intp] * count))
@@ -100,14 +87,6 @@ REPLACED: dict[Any, Any] = {
     },
 }
 """Replacements in compiled code for functions of Python: intrinsics, and C functions of libmujoco."""
-
-
-def counts(function: FunctionType, foreign: Callable[[Any], bool]) -> bool:
-    """Return True for functions that count references to arrays.
-
-    The package's functions allocate no arrays, and so need not; but numba lets only functions that count return one.
-    """
-    return foreign(function) or function.__module__ == addresses.__name__
 
 
 def _returned_words(kind: Any) -> int:

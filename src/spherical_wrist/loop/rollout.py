@@ -18,14 +18,13 @@ from spherical_wrist.loop.addresses import (
     array_addresses,
     counters,
     law_at,
-    loop_at,
     numbers,
     records,
     table,
 )
-from spherical_wrist.loop.compiler import entry, loop_address
+from spherical_wrist.loop.compiler import entry
 from spherical_wrist.loop.engine import Engine
-from spherical_wrist.loop.loop import LOG, SETTINGS, Plant, Progress
+from spherical_wrist.loop.loop import LOG, SETTINGS, Plant, Progress, close_loop
 from spherical_wrist.loop.machine_code import Compiled
 from spherical_wrist.measure.logged import Logged
 from spherical_wrist.measure.metrics import METRIC_SETTINGS, TOTALS, accumulate
@@ -99,7 +98,6 @@ def _fields(kind: Any, **others: npt.DTypeLike) -> npt.DTypeLike:
 
 RUN = np.dtype(
     [
-        ("loop", "i8"),
         (
             "parts",
             _fields(
@@ -122,7 +120,7 @@ RUN = np.dtype(
     ],
     align=True,
 )
-"""Run record: addresses of the compiled loop and of all arrays of a run, and its progress, written by :func:`run_all`.
+"""Run record: addresses of the law and of all arrays of a run, and its progress, written by :func:`run_all`.
 
 ``status`` is UNFINISHED for a run whose law raised, and for runs after it.
 """
@@ -148,7 +146,6 @@ def fill_run_record(
     run: Any, parts: LoopArguments, memory: LogMemory, metric_settings: npt.NDArray[Any], totals: npt.NDArray[Any]
 ) -> None:
     """Fill a RUN record, except for its inputs. The caller must keep all arrays alive."""
-    run["loop"] = loop_address()
     run["parts"] = array_addresses(parts._replace(law=parts.law.address))
     run["log"], run["states"], run["currents"] = map(array_address, memory)
     run["metric_settings"], run["totals"] = array_address(metric_settings), array_address(totals)
@@ -228,23 +225,26 @@ def _run_interpreted(
     results: list[Progress | Exception] = []
     for rollout, memory in zip(rollouts, memories, strict=True):
         parts, inputs, log = rollout.parts, rollout.inputs, engine.records(memory.log)
-        sensor, drive = (each._replace(settings=engine.record(each.settings)) for each in (parts.sensor, parts.drive))
+        record, records = engine.record, engine.records
+        arguments = parts._replace(
+            sensor=parts.sensor._replace(settings=record(parts.sensor.settings)),
+            drive=parts.drive._replace(settings=record(parts.drive.settings)),
+            settings=record(parts.settings), signal=record(parts.signal), command=record(parts.command),
+        )  # fmt: skip
+        desired = records(inputs.desired)
         try:
-            progress = engine.close_loop(
-                *(parts.law, parts.parameters, parts.state, parts.plant, parts.nominal, sensor, drive),
-                engine.record(parts.settings),
-                *map(engine.records, (inputs.desired, inputs.seen, inputs.ahead, inputs.samples)),
-                inputs.disturbance,
-                *map(engine.record, (parts.signal, parts.command)),
-                *(log, memory.states, memory.currents),
-            )
+            progress = close_loop(
+                desired=desired, seen=records(inputs.seen), ahead=records(inputs.ahead),
+                samples=records(inputs.samples), disturbance=inputs.disturbance,
+                log=log, states=memory.states, currents=memory.currents, **arguments._asdict(),
+            )  # fmt: skip
         except Exception as error:  # only a law can raise in the loop, and it can raise anything
             results.append(error)
             continue
         done = progress.logged
         engine.accumulate(
-            *(engine.record(rollout.metric_settings), engine.record(rollout.totals), inputs.time[:done]),
-            *(engine.records(inputs.desired)[:done], log[:done], memory.currents[:done]),
+            *(record(rollout.metric_settings), record(rollout.totals), inputs.time[:done]),
+            *(desired[:done], log[:done], memory.currents[:done]),
         )
         results.append(progress)
     return results
@@ -279,7 +279,7 @@ def advance(run: Any, first: int, count: int) -> Progress:
     settings = records(parts.settings, SETTINGS)[0]
     desired, log = records(inputs.desired, MOTION)[first:last], records(run.log, LOG)[:count]
     currents = table(run.currents)[:count]
-    progress: Progress = loop_at(run.loop)(
+    progress = close_loop(
         law_at(parts.law),
         numbers(parts.parameters),
         numbers(parts.state),
