@@ -41,13 +41,21 @@ def pytest_sessionstart(session):
             process.wait()
 
 
-def pytest_itemcollected(item):
-    """Keep a file on one worker, so that its fixtures are made once, except the tests marked ``spread``.
+SPREAD = {"test_disk", "test_readme", "test_surroundings"}
+"""Files whose tests share no fixture and take long: any worker runs any of them."""
 
-    The marker must be there before several workers name their tests by it, when all are collected.
-    """
-    if item.get_closest_marker("spread") is None:
-        item.add_marker(pytest.mark.xdist_group(item.path.stem))
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config, log):
+    """Keep the tests of a file on one worker, so that its fixtures are made once, except those of SPREAD."""
+    from xdist.scheduler import LoadScopeScheduling
+
+    class Scheduling(LoadScopeScheduling):
+        def _split_scope(self, nodeid):
+            file = nodeid.partition("::")[0]
+            return nodeid if Path(file).stem in SPREAD else file
+
+    return Scheduling(config, log)
 
 
 def pytest_collection_modifyitems(config, items):

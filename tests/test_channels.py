@@ -79,12 +79,17 @@ def test_a_channel_is_recorded_with_its_description(channel, run, recorded):
     assert back.channel(channel.name) == run.channel(channel.name)
 
 
+@pytest.fixture(scope="module")
+def titles(run):
+    """Return the titles of the panels of the sheet."""
+    return {panel.get_title("left") for panel in run_picture(run, ["title"]).axes}
+
+
 @each_channel
-def test_a_channel_is_in_a_view_unless_the_table_says_that_it_is_only_stored(channel, run):
+def test_a_channel_is_in_a_view_unless_the_table_says_that_it_is_only_stored(channel, run, titles):
     plots = {plot.channel.name for plot in run.plots()}
     assert (channel.name in plots) == channel.place.has_plot
     shown = PORTRAYED.union(*(motion.shows for motion in _MOTIONS))
-    titles = {panel.get_title("left") for panel in run_picture(run, ["title"]).axes}
     if channel.place.has_plot and channel.name not in shown:
         headings = {plot.heading for plot in run.plots() if plot.channel.name == channel.name}
         assert headings

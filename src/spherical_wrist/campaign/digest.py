@@ -12,7 +12,7 @@ from spherical_wrist.parameters import Parameters
 from spherical_wrist.simulation.run import versions
 from spherical_wrist.wrist import model_files
 
-SHOWING = {"cli", "comparison", "inspection", "paper", "recording", "report", "tuning"}
+SHOWING = {"cli", "comparison", "film", "guides", "inspection", "paper", "recording", "report", "tuning"}
 """Rooms of the package that only show and compare results."""
 
 

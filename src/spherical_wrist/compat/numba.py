@@ -12,6 +12,7 @@ that calls it, and only the whole is optimised and emitted. That is most of the 
 
 import atexit
 import gc
+import sys
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from functools import cache
@@ -40,7 +41,13 @@ try:
 except ImportError as error:
     raise MissingPartError(LIBRARY, str(error.name)) from None
 
-atexit.register(gc.freeze)  # or Python, when it ends, looks for garbage among what numba made: half a second
+
+@atexit.register
+def _end_quickly() -> None:
+    """Keep Python from looking for garbage among what numba made when the process ends, which takes half a second."""
+    if "_duckdb" not in sys.modules:  # it complains of objects that nobody frees
+        gc.freeze()
+
 
 _target, _typing = cpu_target.target_context, cpu_target.typing_context
 for _owner, _part in (

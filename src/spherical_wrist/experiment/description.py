@@ -209,13 +209,16 @@ def with_changes(tables: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[
 
 
 def toml(value: Any) -> str:
-    """Write a value as TOML."""
+    """Write plain data as a TOML value; entries of tables that are None are left out."""
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, float):
         return str(int(value)) if value.is_integer() and abs(value) < 1e6 else repr(value)
     if isinstance(value, str):
         return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
+    if isinstance(value, Mapping):
+        inner = (f"{json.dumps(key)} = {toml(each)}" for key, each in value.items() if each is not None)
+        return "{ " + ", ".join(inner) + " }"
     if isinstance(value, list | tuple):
-        return "[" + ",".join(toml(entry) for entry in value) + "]"
+        return "[" + ",".join(map(toml, value)) + "]"
     return str(value)

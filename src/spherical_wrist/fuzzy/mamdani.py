@@ -30,7 +30,7 @@ from spherical_wrist.fuzzy.variable import Variable
 Aggregation = Literal["max_min", "sum_min"]
 Defuzzification = Literal["coa", "cog"]
 
-_CHUNK = 1024  # inputs at a time: their aggregated sets then stay in the processor's cache
+_CHUNK = 256  # inputs at a time: their aggregated sets then stay in the processor's cache
 
 
 def max_min(strengths: Array, sets: Array) -> Array:
@@ -74,9 +74,13 @@ DEFUZZIFICATIONS = ("coa", "cog")
 
 def _gathered(join: Any, strengths: Array, sets: Array) -> Array:
     gathered = np.zeros((strengths.shape[1], sets.shape[1]))
+    clipped = np.empty_like(gathered)
     for strength, then in zip(strengths, sets, strict=True):
         fires = np.flatnonzero(strength)  # rules that do not fire contribute nothing to a maximum or a sum
-        gathered[fires] = join(gathered[fires], np.minimum(strength[fires, None], then))
+        if len(fires) == len(strength):  # without the copies that an index makes
+            join(gathered, np.minimum(strength[:, None], then, out=clipped), out=gathered)
+        else:
+            gathered[fires] = join(gathered[fires], np.minimum(strength[fires, None], then))
     return gathered
 
 

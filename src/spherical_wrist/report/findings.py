@@ -78,7 +78,7 @@ def findings(folder: Folder, bound: float) -> tuple[dict[str, Any], Curves]:
             row["quantiles"] = {
                 metric: quantiles(table, law, figure, intervals=not grid) for figure, metric in FIGURES.items()
             }
-        told = {
+        found = {
             "campaign": _campaign(folder, sum(row["episodes"] for row in laws.values())),
             "versions": dict(folder.versions),
             "odd": list(table.odd),
@@ -101,7 +101,7 @@ def findings(folder: Folder, bound: float) -> tuple[dict[str, Any], Curves]:
                 "laws": {law: _replayed(folder, worst(table, law)) for law in table.laws},
             },
         }
-        return told, _curves(table)
+        return found, _curves(table)
 
 
 def _curves(table: Table) -> Curves:

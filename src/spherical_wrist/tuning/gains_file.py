@@ -1,12 +1,11 @@
 """Experiment files of tuned gains, with their figures in comments."""
 
-import json
 import shlex
 from collections.abc import Iterator, Mapping
 from typing import Any
 
 from spherical_wrist.control import Law
-from spherical_wrist.experiment.description import Experiment
+from spherical_wrist.experiment.description import Experiment, toml
 from spherical_wrist.measure.metrics import METRICS
 
 MEANS = ("rms_error_rad", "chattering_Nm_per_s")
@@ -62,17 +61,3 @@ def _experiment(base: Experiment, law: Law) -> Iterator[str]:
         for key, value in inner.items():
             if value is not None:
                 yield f"{key} = {toml(value)}"
-
-
-def toml(value: Any) -> str:
-    """Return plain data as a TOML value; entries of tables that are None are left out."""
-    if isinstance(value, bool):
-        return str(value).lower()
-    if isinstance(value, str):
-        return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
-    if isinstance(value, Mapping):
-        inner = (f"{json.dumps(key)} = {toml(each)}" for key, each in value.items() if each is not None)
-        return "{ " + ", ".join(inner) + " }"
-    if isinstance(value, list | tuple):
-        return "[" + ", ".join(map(toml, value)) + "]"
-    return repr(value)
