@@ -13,6 +13,7 @@ import sys
 import threading
 import time
 from contextlib import contextmanager, suppress
+from typing import NamedTuple
 
 import dask
 import numpy as np
@@ -29,7 +30,7 @@ from spherical_wrist.errors import ParameterError
 
 TEXT = """
 laws = ["fuzzy_sliding_computed_torque", "computed_torque"]
-samples = 300
+samples = 150
 batch = 10
 seed = 3
 [experiment]
@@ -38,7 +39,7 @@ duration = 0.2
 mass_scale = { uniform = [0.5, 1.5] }
 "disturbance.level" = { uniform = [0.0, 0.3] }
 """
-BATCHES = 60
+BATCHES = 30
 SEEDS = range(count(1, 1))
 pytestmark = pytest.mark.slow
 WRIST = [sys.executable, "-c", "from spherical_wrist.cli import main; main()"]
@@ -136,24 +137,59 @@ def test_a_worker_is_killed(expected, tmp_path, seed):
     assert finish(folder.path) == BATCHES
 
 
+NURSERY = """
+import importlib, os, runpy, signal, sys
+for name in sys.argv[1:]:
+    importlib.import_module(name)
+signal.signal(signal.SIGCHLD, signal.SIG_IGN)
+while line := sys.stdin.readline():
+    born = os.fork()
+    if not born:
+        break
+    print(born, flush=True)
+else:
+    sys.exit()
+signal.signal(signal.SIGCHLD, signal.SIG_DFL)
+os.dup2(2, 1)
+sys.argv = line.strip().split("\\t")
+runpy.run_module(sys.argv[0], run_name="__main__", alter_sys=True)
+"""
+"""Runs modules as ``python -m`` does, in processes of their own that find the slow imports done."""
+
+
+@contextmanager
+def nursery():
+    """A function that begins ``python -m`` with its arguments, and returns the process."""
+    imported = ("distributed", "spherical_wrist.campaign.batch", "spherical_wrist.simulation.simulate")
+    pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": subprocess.DEVNULL, "text": True}
+    with subprocess.Popen([sys.executable, "-c", NURSERY, *imported], **pipes) as process:
+
+        def begin(*arguments):
+            process.stdin.write("\t".join(arguments) + "\n")
+            process.stdin.flush()
+            return psutil.Process(int(process.stdout.readline()))
+
+        yield begin
+        process.stdin.close()
+
+
 @contextmanager
 def cluster_of(*options, workers=1, protocol="tcp"):
     """A scheduler and its workers as processes of their own: the scheduler's, its address, and theirs."""
-    start = [sys.executable, "-m"]
-    quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
     with socket_free() as port:
         address = f"{protocol}://127.0.0.1:{port}"
     where = ["--host", "127.0.0.1", "--port", str(port), "--protocol", protocol, "--no-dashboard"]
-    scheduler = subprocess.Popen([*start, dask_scheduler.__name__, *where, *options], **quiet)
-    worker = [*start, dask_worker.__name__, address, "--host", "127.0.0.1", "--no-dashboard", "--no-nanny"]
-    team = [subprocess.Popen([*worker, "--nthreads", "1", *options], **quiet) for _ in range(workers)]
-    try:
-        yield scheduler, address, team
-    finally:
-        for process in (*team, scheduler):
-            with suppress(OSError):
-                process.kill()
-            process.wait()
+    worker = [dask_worker.__name__, address, "--host", "127.0.0.1", "--no-dashboard", "--no-nanny", "--nthreads", "1"]
+    with nursery() as begin:
+        scheduler = begin(dask_scheduler.__name__, *where, *options)
+        team = [begin(*worker, *options) for _ in range(workers)]
+        try:
+            yield scheduler, address, tuple(team)
+        finally:
+            for process in (*team, scheduler):
+                with suppress(psutil.NoSuchProcess):
+                    process.kill()
+            psutil.wait_procs([*team, scheduler])
 
 
 @contextmanager
@@ -163,47 +199,77 @@ def socket_free():
         yield bound.getsockname()[1]
 
 
+class Remote(NamedTuple):
+    """A cluster of three workers, for all the faults of a seed: its processes end one after another."""
+
+    seed: int
+    scheduler: psutil.Process
+    address: str
+    team: list[psutil.Process]
+
+
+@pytest.fixture(scope="module", params=SEEDS)
+def remote(request):
+    with cluster_of(workers=3) as (scheduler, address, team):
+        yield Remote(request.param, scheduler, address, list(team))
+
+
+def at_work(process):
+    """Waits until a worker has begun a batch, as its processor says."""
+
+    def worked():
+        return sum(process.cpu_times()[:2])
+
+    before, end = worked(), time.monotonic() + 120.0
+    while worked() < before + 0.3:
+        assert time.monotonic() < end, "it does nothing"
+        time.sleep(0.01)
+
+
 @pytest.mark.parametrize("duration", [0.2, 20.0])
-@pytest.mark.parametrize("seed", SEEDS)
-def test_a_worker_is_told_to_end(expected, tmp_path, seed, duration):
+def test_a_worker_is_told_to_end(expected, tmp_path, remote, duration):
     """As at the time limit of a job: another runs the batch that it has begun, also where that would take seconds."""
-    text = TEXT if duration == 0.2 else TEXT.replace("0.2", str(duration), 1).replace("300", "15")
+    text = TEXT if duration == 0.2 else TEXT.replace("0.2", str(duration), 1).replace("150", "10")
     folder = begun(tmp_path / "c", text)
-    with cluster_of(workers=2) as (_, address, team):
+    told, left = remote.team.pop(0), []
+    batches, later = moment([remote.seed, 5])
 
-        def end():
-            wait_for(folder.path, 1)
-            time.sleep(float(np.random.default_rng([seed, 5]).uniform(0.0, 0.5)))
-            team[0].send_signal(signal.SIGTERM)
+    def end():
+        if duration == 0.2:
+            wait_for(folder.path, batches)
+        else:
+            at_work(told)
+        time.sleep(later)
+        left.append(folder.files.count - stored(folder.path))
+        told.send_signal(signal.SIGTERM)
 
-        ender = threading.Thread(target=end)
-        ender.start()
-        with campaign_lock(folder.path):
-            assert sweep(folder, Cluster(address), Listener(warn=pytest.fail)) == folder.campaign.size
-        ender.join()
-        team[0].wait(timeout=20.0)
-        assert team[1].poll() is None
+    ender = threading.Thread(target=end)
+    ender.start()
+    with campaign_lock(folder.path):
+        assert sweep(folder, Cluster(remote.address), Listener(warn=pytest.fail)) == folder.campaign.size
+    ender.join()
+    assert left[0] > 0
+    told.wait(timeout=20.0)
+    assert all(process.is_running() for process in remote.team)
     assert finish(folder.path) == folder.files.count
     if duration == 0.2:
         assert contents(folder.path) == expected
 
 
-@pytest.mark.parametrize("seed", SEEDS)
-def test_the_scheduler_is_killed(expected, tmp_path, seed):
+def test_the_scheduler_is_killed(expected, tmp_path, remote):
     folder = begun(tmp_path / "c")
-    batches, later = moment([seed, 3])
-    with cluster_of() as (scheduler, address, _):
+    batches, later = moment([remote.seed, 3])
 
-        def kill():
-            wait_for(folder.path, batches)
-            time.sleep(later)
-            scheduler.kill()
+    def kill():
+        wait_for(folder.path, batches)
+        time.sleep(later)
+        remote.scheduler.kill()
 
-        killer = threading.Thread(target=kill)
-        killer.start()
-        with campaign_lock(folder.path), pytest.raises(CampaignError) as error:
-            sweep(folder, Cluster(address), Listener())
-        killer.join()
+    killer = threading.Thread(target=kill)
+    killer.start()
+    with campaign_lock(folder.path), pytest.raises(CampaignError) as error:
+        sweep(folder, Cluster(remote.address), Listener())
+    killer.join()
     assert "the connection to the scheduler is lost" in str(error.value)
     assert f"wrist sweep {folder.path} --resume" in str(error.value)
     assert batches <= finish(folder.path) < BATCHES

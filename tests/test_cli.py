@@ -3,6 +3,7 @@
 import json
 import os
 import re
+import resource
 import signal
 import subprocess
 import sys
@@ -19,6 +20,17 @@ from spherical_wrist.experiment.options import OPTIONS
 from spherical_wrist.measure.metrics import METRICS
 
 WRIST = [sys.executable, "-c", "from spherical_wrist.cli import main; main()"]
+TELLS = """
+import os, sys
+to, told = int(sys.argv.pop(1)), []
+def listen(event, args):
+    if event == "ctypes.dlsym" and args[1] == "mjcb_time" and not told:
+        told.append(os.write(to, b"simulating\\n"))
+sys.addaudithook(listen)
+from spherical_wrist.cli import main
+main()
+"""
+"""The command, which tells through a pipe when it begins to simulate, as Python's own audit events say."""
 
 
 def test_json_is_one_object_with_the_promised_keys(wrist):
@@ -200,11 +212,26 @@ def test_signals_stop_cleanly_and_keep_what_was_simulated(tmp_path, number):
     file = tmp_path / "a.rrd"
     # a size in N·m, for which no peak torque has to be found before the run begins
     size = ["--set", "disturbance.amplitude=0.004"]
-    command = [*WRIST, "run", *size, "--duration", "36000", "--record-every", "1000", "-o", str(file), "--json"]
-    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    while sum(psutil.Process(process.pid).cpu_times()[:2]) < 4.0:  # of its own, however busy the machine is
+    options = [*size, "--duration", "36000", "--record-every", "1000", "-o", str(file), "--json"]
+    read, write = os.pipe()
+    process = subprocess.Popen(
+        [sys.executable, "-c", TELLS, str(write), "run", *options],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        pass_fds=[write],
+    )
+    os.close(write)
+    with os.fdopen(read) as told:
+        assert told.readline() == "simulating\n"
+
+    def worked():
+        return sum(psutil.Process(process.pid).cpu_times()[:2])
+
+    before = worked()
+    while worked() < before + 0.5:  # of its own, however busy the machine is
         assert process.poll() is None
-        time.sleep(0.05)
+        time.sleep(0.02)
     process.send_signal(number)
     out, err = process.communicate(timeout=30)
     assert process.returncode == 128 + number, err
@@ -215,19 +242,20 @@ def test_signals_stop_cleanly_and_keep_what_was_simulated(tmp_path, number):
     assert [path.name for path in tmp_path.iterdir()] == ["a.rrd"]
 
 
-def test_a_full_disk_is_an_error_and_no_half_file(tmp_path):
+def test_a_full_disk_is_an_error_and_no_half_file(wrist):
     """A file size limit stands in for the full disk: writing fails in the middle."""
-    code = (
-        "import resource, signal, sys; signal.signal(signal.SIGXFSZ, signal.SIG_IGN)\n"
-        "resource.setrlimit(resource.RLIMIT_FSIZE, (200_000, 200_000))\n"
-        "from spherical_wrist.cli import main; main()"
-    )
-    command = [sys.executable, "-c", code, "run", "-o", "a.rrd"]
-    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
-    assert done.returncode == 2, done.stderr
-    assert done.stderr.startswith("wrist: error: ")
-    assert done.stderr.count("\n") == 1
-    assert not list(tmp_path.iterdir())
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    ignored = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (200_000, before[1]))
+    try:
+        code, _, err = wrist("run", "-o", "a.rrd")
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+        signal.signal(signal.SIGXFSZ, ignored)
+    assert code == 2, err
+    assert err.startswith("wrist: error: ")
+    assert err.count("\n") == 1
+    assert not list(Path().iterdir())
 
 
 def test_a_closed_pipe_is_no_traceback(tmp_path):

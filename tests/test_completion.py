@@ -10,6 +10,7 @@ import pytest
 
 from spherical_wrist import Experiment
 from spherical_wrist.cli import completion
+from spherical_wrist.cli.app import app
 from spherical_wrist.control import Law
 from spherical_wrist.disturbance import Disturbance
 from spherical_wrist.experiment.command import read_settings
@@ -47,30 +48,52 @@ def bash(tmp_path, *lines):
     return [offer.split("|") if offer else [] for offer in offers]
 
 
-@pytest.mark.skipif(shutil.which("bash") is None, reason="no bash")
-def test_bash_offers_values(tmp_path):
+@pytest.fixture
+def recordings(tmp_path):
+    """A folder with recordings and other things."""
     (tmp_path / "one.rrd").touch()
     (tmp_path / "two.rrd").touch()
     (tmp_path / "notes.txt").touch()
     (tmp_path / "older").mkdir()
+
+
+@pytest.mark.skipif(shutil.which("bash") is None, reason="no bash")
+def test_bash_offers_values(tmp_path, recordings):
     lines = [
         (["wrist", ""], None),
-        (["wrist", "run", "--law", ""], set(Law.members)),
         (["wrist", "run", "--law", "sup"], {"super_twisting"}),
-        (["wrist", "compare", "--law", "slo"], {"slotine_li"}),
-        (["wrist", "run", "--reference", ""], set(Reference.members)),
-        (["wrist", "run", "--disturbance-shape", ""], set(Disturbance.members)),
-        (["wrist", "run", "--hardware", ""], set(HARDWARE)),
         (["wrist", "run", "--law", "pd", "--set", "law."], {"law.P=[0.16,0.16,0.06]", "law.D=[0.016,0.016,0.006]"}),
-        (["wrist", "run", "--set", "pay"], {"payload=0"}),
         (["wrist", "view", ""], {"one.rrd", "two.rrd", "older/"}),
-        (["wrist", "inspect", "o"], {"one.rrd", "older/"}),
         (["wrist", "view", "old"], set()),  # bash itself goes on with the only folder
     ]
     offers = bash(tmp_path, *(words for words, _ in lines))
     assert {"run", "view", "list", "inspect"} <= set(offers[0])
     for (words, expected), offer in zip(lines[1:], offers[1:], strict=True):
         assert set(offer) == expected, words
+
+
+@pytest.mark.parametrize(
+    ("words", "expected"),
+    [
+        ("run --law ", set(Law.members)),
+        ("compare --law slo", {"slotine_li"}),
+        ("run --reference ", set(Reference.members)),
+        ("run --disturbance-shape ", set(Disturbance.members)),
+        ("run --hardware ", set(HARDWARE)),
+        ("run --set pay", {"payload=0"}),
+        ("inspect o", {"one.rrd", "older/"}),
+    ],
+)
+def test_the_command_offers_values_as_bash_asks_for_them(tmp_path, recordings, monkeypatch, capsys, words, expected):
+    """In its environment, without an argument; what bash makes of the answer is tried above."""
+    asked = {"COMP_WORDS": f"wrist {words}", "COMP_CWORD": str(words.count(" ") + 1)}
+    for name, value in {**asked, "_WRIST_COMPLETE": "complete_bash"}.items():
+        monkeypatch.setenv(name, value)
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(SystemExit) as end:
+        app(prog_name="wrist", standalone_mode=False)
+    said = capsys.readouterr()
+    assert (end.value.code or 0, set(said.out.splitlines()), said.err) == (0, expected, "")
 
 
 def test_completing_imports_nothing_heavy(tmp_path):

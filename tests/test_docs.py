@@ -2,6 +2,7 @@
 
 import inspect
 import re
+import runpy
 import subprocess
 import sys
 from html.parser import HTMLParser
@@ -58,7 +59,9 @@ def site(tmp_path_factory):
     """The pages by their path in the site, built as scripts/docs does."""
     folder = tmp_path_factory.mktemp("docs")
     pages, out = folder / "pages", folder / "site"
-    subprocess.run([sys.executable, SOURCES / "pages.py", pages], check=True)
+    with pytest.MonkeyPatch.context() as patch:  # in this process, which needs all of the package anyway
+        patch.setattr(sys, "argv", ["pages.py", str(pages)])
+        runpy.run_path(str(SOURCES / "pages.py"), run_name="__main__")
     sphinx = [sys.executable, "-m", "sphinx", "-W", "--keep-going", "-q", "-b", "html", "-c", SOURCES, pages, out]
     built = subprocess.run(sphinx, capture_output=True, text=True, check=False)
     assert (built.returncode, built.stderr) == (0, "")

@@ -1,5 +1,6 @@
 """Films: decoded again, their pixels where an independent projection says, on machines that lack what they need."""
 
+import contextlib
 import json
 import os
 import signal
@@ -52,6 +53,16 @@ def opengl():
 def loose():
     """A run that is far off at the start."""
     return simulate(Experiment(law="pd", initial_error=(0.7, 0.3, 0.4), duration=2.0))
+
+
+@pytest.fixture(scope="module")
+def plain(tmp_path_factory):
+    """The same run of a model whose pictures take a third of the time, for tests of what is around the pictures."""
+    text, fine = default_model().read_text(), '<quality shadowsize="4096" offsamples="8"'
+    assert fine in text
+    path = tmp_path_factory.mktemp("plain") / "plain.xml"
+    path.write_text(text.replace(fine, '<quality shadowsize="64" offsamples="0"'))
+    return simulate(Experiment(model=path, law="pd", initial_error=(0.7, 0.3, 0.4), duration=2.0))
 
 
 @pytest.fixture(scope="module")
@@ -127,20 +138,20 @@ def test_motion_between_thinned_samples_is_the_shortest_arc(loose):
     assert np.abs(np.einsum("ij,ij->i", every, loose.desired_attitude)).min() > 1.0 - 1e-12
 
 
-def test_a_run_that_diverged_is_shown_up_to_its_last_pose(loose, tmp_path):
-    lost = loose.attitude.copy()
+def test_a_run_that_diverged_is_shown_up_to_its_last_pose(plain, tmp_path):
+    lost = plain.attitude.copy()
     lost[700:] = np.nan
-    film = render_film(loose.replaced(attitude=lost), tmp_path / "lost.mp4", FilmSettings(size=(64, 64), fps=10))
+    film = render_film(plain.replaced(attitude=lost), tmp_path / "lost.mp4", FilmSettings(size=(64, 64), fps=10))
     assert film.frames == 7
-    far = np.where(np.arange(len(loose))[:, None] < 700, loose.tip, 1e9)
-    assert Motion.of(loose.replaced(tip=far)).end == pytest.approx(0.7)
+    far = np.where(np.arange(len(plain))[:, None] < 700, plain.tip, 1e9)
+    assert Motion.of(plain.replaced(tip=far)).end == pytest.approx(0.7)
     with pytest.raises(RecordingError, match="nothing to show"):
-        Motion.of(loose.replaced(attitude=lost * np.nan))
+        Motion.of(plain.replaced(attitude=lost * np.nan))
 
 
 @pytest.mark.parametrize(("speed", "duration"), [(1.0, 1.0), (0.5, 2.0), (4.0, 0.25)])
-def test_mp4_has_the_frames_size_and_duration_that_were_asked_for(loose, tmp_path, speed, duration):
-    film = render_film(loose, tmp_path / "run.mp4", FilmSettings(size=(128, 72), speed=speed, fps=4, end=1.0))
+def test_mp4_has_the_frames_size_and_duration_that_were_asked_for(plain, tmp_path, speed, duration):
+    film = render_film(plain, tmp_path / "run.mp4", FilmSettings(size=(128, 72), speed=speed, fps=4, end=1.0))
     frames, stream = decoded(film.path)
     assert film.frames == len(frames) == round(4 * duration)
     assert film.duration == pytest.approx(duration)
@@ -185,19 +196,19 @@ def test_the_same_run_gives_the_same_film_to_the_last_bit(loose, tmp_path):
         assert both[0].read_bytes() == both[1].read_bytes()
 
 
-def test_frames_of_a_gif_last_what_they_say(loose, tmp_path):
-    film = render_film(loose, tmp_path / "run.gif", FilmSettings(size=(64, 64), fps=30, end=0.12))
+def test_frames_of_a_gif_last_what_they_say(plain, tmp_path):
+    film = render_film(plain, tmp_path / "run.gif", FilmSettings(size=(64, 64), fps=30, end=0.12))
     assert film.fps == Fraction(100, 3)
     assert unfolded(film.path)[1] == [30] * 4
     for name in ("attitude", "desired_attitude", "tip", "desired_tip"):
-        loose = loose.replaced(**{name: np.tile(getattr(loose, name)[:1], (len(loose), 1))})
-    film = render_film(loose, tmp_path / "still.gif", FilmSettings(size=(64, 64), fps=2, speed=1e-3, end=2e-3))
+        plain = plain.replaced(**{name: np.tile(getattr(plain, name)[:1], (len(plain), 1))})
+    film = render_film(plain, tmp_path / "still.gif", FilmSettings(size=(64, 64), fps=2, speed=1e-3, end=2e-3))
     frames, durations, _ = unfolded(film.path)
     assert sum(durations) == 4 * 500  # frames that are all the same are stored once, for as long as all of them last
     assert (frames[0][:20] == frames[-1][:20]).all()
     assert film.duration == 2.0
     with pytest.raises(ParameterError, match="at most 50"):
-        render_film(loose, tmp_path / "fast.gif", FilmSettings(fps=100))
+        render_film(plain, tmp_path / "fast.gif", FilmSettings(fps=100))
     assert not (tmp_path / "fast.gif").exists()
 
 
@@ -405,6 +416,22 @@ def test_no_screen_and_no_setting_are_needed(loose, tmp_path):
     assert opened(tmp_path / "a.png").shape == (64, 64, 3)
 
 
+def begun(process, folder):
+    """Return True while a film is being written: its file, which has no name yet on Linux, is open."""
+    if sys.platform != "linux":
+        return worked(process) > 2.3
+    links = []
+    for link in Path(f"/proc/{process.pid}/fd").iterdir():
+        with contextlib.suppress(OSError):
+            links.append(str(link.readlink()))
+    return any(link.startswith(str(folder)) and link.endswith("(deleted)") for link in links)
+
+
+def worked(process):
+    """The time that a processor has worked for it [s]."""
+    return sum(psutil.Process(process.pid).cpu_times()[:2])
+
+
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGTERM, 143), (signal.SIGINT, 130)])
 def test_a_film_that_is_stopped_leaves_nothing(loose, tmp_path, number, code):
     record(loose, tmp_path / "run.rrd")
@@ -412,9 +439,14 @@ def test_a_film_that_is_stopped_leaves_nothing(loose, tmp_path, number, code):
     command = [*WRIST, "render", "run.rrd", "--fps", "200", "--speed", "0.01", "--size", "64x64"]
     process = subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
     try:
-        while sum(psutil.Process(process.pid).cpu_times()[:2]) < 3.0:  # by then it has begun; all would take minutes
+        while not begun(process, tmp_path):
             assert process.poll() is None
             time.sleep(0.02)
+        until = worked(process) + 0.7  # some frames later; all would take minutes
+        while worked(process) < until:
+            assert process.poll() is None
+            time.sleep(0.02)
+        assert begun(process, tmp_path)
         process.send_signal(number)
         process.communicate(timeout=60)
     finally:
@@ -425,13 +457,13 @@ def test_a_film_that_is_stopped_leaves_nothing(loose, tmp_path, number, code):
 
 
 @pytest.mark.parametrize("suffix", ["mp4", "gif"])
-def test_a_full_disk_is_told_and_leaves_nothing(loose, tmp_path, suffix):
+def test_a_full_disk_is_told_and_leaves_nothing(plain, tmp_path, suffix):
     resource = pytest.importorskip("resource")
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (2000, before[1]))
     try:
         with pytest.raises(RecordingError) as caught:
-            render_film(loose, tmp_path / f"run.{suffix}", FilmSettings(size=(128, 72), fps=5))
+            render_film(plain, tmp_path / f"run.{suffix}", FilmSettings(size=(128, 72), fps=5))
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, before)
     assert "cannot be written" in one_line(caught.value)

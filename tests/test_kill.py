@@ -5,12 +5,14 @@ fraction of the time that this phase takes in an undisturbed run, as measured he
 """
 
 import os
+import select
 import signal
 import subprocess
 import sys
 import time
 from collections import Counter
 from concurrent.futures import ThreadPoolExecutor
+from queue import SimpleQueue
 
 import numpy as np
 import pytest
@@ -20,9 +22,25 @@ from spherical_wrist.errors import WristError
 from spherical_wrist.inspection import inspect
 
 AT_A_TIME = 2
-MARKS = """
-import os, sys
-to, phases = int(sys.argv.pop(1)), ["start"]
+SERVER = """
+import importlib, os, sys
+to, modules = int(sys.argv[1]), sys.argv[2:]
+for name in modules:
+    importlib.import_module(name)
+
+while line := sys.stdin.readline():
+    born = os.fork()
+    if not born:
+        break
+    sys.stdin.readline()
+    os.write(to, f"ended {os.waitstatus_to_exitcode(os.waitpid(born, 0)[1])}\\n".encode())
+else:
+    sys.exit()
+
+folder, errors, *options = line.strip().split("\\t")
+os.chdir(folder)
+os.dup2(os.open(errors, os.O_WRONLY | os.O_CREAT | os.O_TRUNC), 2)
+sys.argv, phases = ["wrist", "run", "-o", "a.rrd", *options], ["start"]
 def listen(event, args):
     if event == "ctypes.dlsym" and args[1] == "mjcb_time":
         phase = "simulate"
@@ -37,14 +55,25 @@ def listen(event, args):
     if phase not in phases:
         phases.append(phase)
         os.write(to, f"{phase}\\n".encode())
-os.write(to, b"start\\n")
+os.write(to, f"{os.getpid()}\\nstart\\n".encode())
 sys.addaudithook(listen)
 from spherical_wrist.cli import main
 main()
 """
-"""The command, which tells through a pipe what it is about to do: Python's own audit events say so."""
+"""Fork server: each line of input, with a folder, a file for errors, and options, forks a run of the command.
+
+A run lives to the end of its interpreter. It tells through a pipe what it is about to do: Python's own audit events say
+so. The next line allows to wait for its end: until then its process id stays its own.
+"""
 PHASES = ("start", "simulate", "record", "write", "name")
 """Importing and compiling; simulating; making the recording; writing a file without a name; naming it, and the end."""
+USED = ("app", "run", "output", "signals", "tables")
+WARM = (
+    *(f"spherical_wrist.cli.{name}" for name in USED),
+    "spherical_wrist.experiment.command",
+    "spherical_wrist.simulation.simulate",
+)
+"""Modules that the command imports before it simulates: imported already where its start is not what is struck."""
 KILLS = count(3 * len(PHASES), 10 * len(PHASES))
 STOPS = count(len(PHASES), 2 * len(PHASES))
 
@@ -57,46 +86,108 @@ pytestmark = [
 class Life:
     """A run of the command into a folder, watched."""
 
-    def __init__(self, folder, *options):
-        read, write = os.pipe()
-        command = [sys.executable, "-c", MARKS, str(write), "run", "-o", "a.rrd", *options]
-        quiet = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
-        self.began, self.told, self.heard = time.monotonic(), os.fdopen(read), []
-        self.process = subprocess.Popen(command, cwd=folder, pass_fds=[write], **quiet)
-        os.close(write)
-
-    def end(self):
-        """Waits for its end: exit code, the last phase that it was in, and what it said."""
-        _, err = self.process.communicate(timeout=60)
-        with self.told:
-            phases = [*self.heard, *self.told.read().split()]
-        return self.process.returncode, phases[-1], err.decode()
+    def __init__(self, server, folder, *options):
+        self.server, self.errors, self.heard = server, folder.with_suffix(".err"), []
+        self.began = time.monotonic()
+        server.say("\t".join((str(folder), str(self.errors), *options)))
+        self.number = int(server.hear())
 
     def wait_for(self, phase):
         """Waits until a phase begins."""
         while phase not in self.heard:
-            self.heard.append(self.told.readline().strip())
-            assert self.heard[-1], self.process.communicate()
+            self.heard.append(self.server.hear())
+            assert self.heard[-1] in PHASES, self.errors.read_text()
+
+    def end(self):
+        """Waits for its end: exit code, the last phase that it was in, and what it said."""
+        self.server.say("")
+        while not self.heard or not self.heard[-1].startswith("ended"):
+            self.heard.append(self.server.hear())
+        return int(self.heard[-1].split()[1]), self.heard[-2], self.errors.read_text()
 
     def phases(self):
         """Return the time at which each phase began, since the start [s]."""
-        times = {line.strip(): time.monotonic() - self.began for line in self.told}
-        self.told.close()
-        self.process.communicate()
-        assert self.process.returncode == 0
-        return [*(times[phase] for phase in PHASES), time.monotonic() - self.began]
+        times = []
+        for phase in PHASES:
+            self.wait_for(phase)
+            times.append(time.monotonic() - self.began)
+        assert self.end()[0] == 0
+        return [*times, time.monotonic() - self.began]
+
+
+class ForkServer:
+    """Process that forks runs, one at a time, which find modules imported."""
+
+    def __init__(self, *modules):
+        read, write = os.pipe()
+        self.process = subprocess.Popen(
+            [sys.executable, "-c", SERVER, str(write), *modules],
+            pass_fds=[write],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.DEVNULL,
+        )
+        os.close(write)
+        self.told, self.lines = read, b""
+
+    def say(self, text):
+        self.process.stdin.write(f"{text}\n".encode())
+        self.process.stdin.flush()
+
+    def hear(self):
+        """Return the next line from there."""
+        while b"\n" not in self.lines:
+            assert select.select([self.told], [], [], 60.0)[0], "it says nothing"
+            more = os.read(self.told, 4096)
+            assert more, "it has ended"
+            self.lines += more
+        line, _, self.lines = self.lines.partition(b"\n")
+        return line.decode()
+
+    def close(self):
+        self.process.stdin.close()
+        try:
+            self.process.wait(timeout=10.0)
+        except subprocess.TimeoutExpired:  # a life goes on in it, after a test that failed
+            self.process.kill()
+            self.process.wait()
+        os.close(self.told)
 
 
 @pytest.fixture(scope="module")
-def calendar(tmp_path_factory):
-    """Return the times at which phases begin and the process ends: two at a time, the first run not counted."""
+def servers():
+    """Fork servers, as many as work at a time, cold and warm."""
+    made, free = [], {False: SimpleQueue(), True: SimpleQueue()}
+    for warm, queue in free.items():
+        for _ in range(AT_A_TIME):
+            made.append(ForkServer(*(WARM if warm else ())))
+            queue.put(made[-1])
+    yield free
+    for server in made:
+        server.close()
+
+
+def on_a_free_server(free, work):
+    """Do something with a free server, which is free again where nothing has failed."""
+    server = free.get(timeout=120.0)
+    done = work(server)
+    free.put(server)
+    return done
+
+
+@pytest.fixture(scope="module")
+def calendar(servers, old, tmp_path_factory):
+    """Return the times at which phases begin and the process ends: two at a time, not the first runs here."""
     folders = [tmp_path_factory.mktemp("life") for _ in range(AT_A_TIME)]
-    with ThreadPoolExecutor(AT_A_TIME) as pool:
-        lives = list(pool.map(lambda folder: [Life(folder, *OPTIONS).phases() for _ in range(2)][1:], folders))
-    return np.median(np.concatenate(lives), axis=0)
+
+    def watched(folder):
+        return on_a_free_server(servers[False], lambda server: Life(server, folder, *OPTIONS).phases())
+
+    return np.median(in_pairs(watched, folders), axis=0)
 
 
-OPTIONS = ("--duration", "40", "--json")
+DURATION = 20
+OPTIONS = ("--duration", str(DURATION), "--json")
+ROWS = 1000 * DURATION
 
 
 def moments(calendar, seed, number):
@@ -107,13 +198,18 @@ def moments(calendar, seed, number):
     )
 
 
-def struck(folder, number, moment):
+def struck(servers, folder, number, moment):
     """Sends a signal to a run at a moment of its life."""
-    life, (phase, later) = Life(folder, *OPTIONS), moment
-    life.wait_for(PHASES[phase])
-    time.sleep(later)
-    life.process.send_signal(number)
-    return life.end()
+    phase, later = moment
+
+    def strike(server):
+        life = Life(server, folder, *OPTIONS)
+        life.wait_for(PHASES[phase])
+        time.sleep(later)
+        os.kill(life.number, number)
+        return life.end()
+
+    return on_a_free_server(servers[PHASES[phase] != "start"], strike)
 
 
 def in_pairs(work, items):
@@ -127,14 +223,14 @@ def whole(file):
 
 
 @pytest.fixture(scope="module")
-def old(tmp_path_factory):
+def old(servers, tmp_path_factory):
     """A recording of another run, as bytes."""
     folder = tmp_path_factory.mktemp("old")
-    assert Life(folder, "--duration", "0.5").end()[0] == 0
+    assert on_a_free_server(servers[True], lambda server: Life(server, folder, "--duration", "0.5").end())[0] == 0
     return (folder / "a.rrd").read_bytes()
 
 
-def test_killed_at_any_moment_the_file_is_whole_or_not_there(calendar, old, tmp_path):
+def test_killed_at_any_moment_the_file_is_whole_or_not_there(servers, calendar, old, tmp_path):
     hit = Counter()
 
     def once(item):
@@ -143,13 +239,13 @@ def test_killed_at_any_moment_the_file_is_whole_or_not_there(calendar, old, tmp_
         folder.mkdir()
         if before:
             (folder / "a.rrd").write_bytes(old)
-        code, phase, err = struck(folder, signal.SIGKILL, moment)
+        code, phase, err = struck(servers, folder, signal.SIGKILL, moment)
         assert code in (-signal.SIGKILL, 0), err
         assert {path.name for path in folder.iterdir()} <= {"a.rrd"}
         if before and (folder / "a.rrd").read_bytes() == old:
             assert code
         elif before or (folder / "a.rrd").exists():
-            assert whole(folder / "a.rrd") == 40_000
+            assert whole(folder / "a.rrd") == ROWS
             assert phase == "name"
         else:
             assert code
@@ -162,12 +258,12 @@ def test_killed_at_any_moment_the_file_is_whole_or_not_there(calendar, old, tmp_
 
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
-def test_stopped_at_any_moment_the_file_has_what_was_simulated_or_is_not_there(calendar, tmp_path, number):
+def test_stopped_at_any_moment_the_file_has_what_was_simulated_or_is_not_there(servers, calendar, tmp_path, number):
     def once(item):
         index, moment = item
         folder = tmp_path / str(index)
         folder.mkdir()
-        code, phase, err = struck(folder, number, moment)
+        code, phase, err = struck(servers, folder, number, moment)
         assert {path.name for path in folder.iterdir()} <= {"a.rrd"}
         assert "Traceback" not in err, err
         try:
@@ -176,7 +272,7 @@ def test_stopped_at_any_moment_the_file_has_what_was_simulated_or_is_not_there(c
             assert not (folder / "a.rrd").exists()
             rows = 0
         assert code in (128 + number, -number, 0), err
-        assert (code == 0) <= (rows == 40_000)
+        assert (code == 0) <= (rows == ROWS)
         return phase, code, rows
 
     found = in_pairs(once, enumerate(moments(calendar, [2, number], STOPS)))

@@ -36,11 +36,11 @@ NO_FOOTER = pytest.mark.filterwarnings("ignore:RRD file has no footer")
 """Rerun's program saves what arrives without one."""
 
 
-def wait_for(condition, patience=60.0):
+def wait_for(condition, patience=60.0, pause=0.05):
     deadline = time.monotonic() + patience
     while not condition():
         assert time.monotonic() < deadline, "it did not happen"
-        time.sleep(0.05)
+        time.sleep(pause)
 
 
 @contextlib.contextmanager
@@ -183,7 +183,7 @@ def test_a_viewer_shows_in_the_end_what_it_shows_of_the_file(tmp_path):
                 return (np.abs(live_picture - file_picture).max(axis=2) > 0.1).mean() < 0.0005
             return False
 
-        wait_for(the_same, 90.0)
+        wait_for(the_same, 90.0, pause=0.4)  # the viewer draws each time
 
 
 def pixels(png):

@@ -102,7 +102,6 @@ def run_here(line, monkeypatch):
 
 
 @pytest.mark.slow
-@pytest.mark.spread
 @pytest.mark.skipif(THOROUGH and shutil.which("bash") is None, reason="no bash")
 @pytest.mark.parametrize(
     "lines", CHAINS if THOROUGH else SHORT_CHAINS, ids=lambda lines: lines[0].partition("#")[0].strip()
@@ -135,13 +134,11 @@ def test_every_query_has_its_campaign():
         assert any(f"'{name}/" in query for lines in CHAINS for name in written(lines))
 
 
-@pytest.mark.spread
 @pytest.mark.parametrize("text", [text for text in SCRIPTS if "gymnasium" not in text], ids=lambda text: text[:40])
 def test_scripts_run(clone, text):
     run(sys.executable, "-W", "error", "-c", text)
 
 
-@pytest.mark.spread
 def test_the_example_of_learning_learns(capsys):
     """It is short, it runs, and its gains hold on wrists that it has not seen."""
     (example,) = (text for text in SCRIPTS if "gymnasium" in text)
@@ -152,7 +149,6 @@ def test_the_example_of_learning_learns(capsys):
     assert "with the default gains" in capsys.readouterr().out
 
 
-@pytest.mark.spread
 @pytest.mark.parametrize("name", TESTS)
 def test_tests_pass(clone, name):
     if THOROUGH:

@@ -242,14 +242,17 @@ def test_a_viewer_that_fails_says_why_in_one_line(wrist, recording, program, mon
     assert err == "wrist: error: the viewer ended with exit code 3: Error: the sky is falling\n"
 
 
-def started(tmp_path, script, *arguments, **environment):
-    """The command in a process of its own with ``script`` for Rerun's program, and what that has become."""
+def started(tmp_path, script, *arguments, first="", **environment):
+    """The command in a process of its own with ``script`` for Rerun's program, and what that has become.
+
+    ``first`` is what it does before the command.
+    """
     program, mark = tmp_path / "program", tmp_path / "pid"
     program.write_text(f'#!/bin/sh\necho $$ > "{mark}.part"; mv "{mark}.part" "{mark}"\n{script}\n')
     program.chmod(0o755)
     variables = {**os.environ, **SCREEN, "RERUN_CLI_PATH": str(program), **environment}
     process = subprocess.Popen(
-        [*WRIST, "view", *map(str, arguments)],
+        [*WRIST[:2], first + WRIST[2], "view", *map(str, arguments)],
         env=variables,
         cwd=tmp_path,
         stdout=subprocess.PIPE,
@@ -265,6 +268,8 @@ def gone(process):
 
 
 WILLING, STUBBORN = "exec sleep 1000", "trap '' TERM; while :; do sleep 0.1; done"
+HASTY = "from spherical_wrist.recording import process; process._GRACE = 0.5; "
+"""Does not wait as long as usual for a viewer to end."""
 
 
 @pytest.mark.parametrize(
@@ -272,7 +277,7 @@ WILLING, STUBBORN = "exec sleep 1000", "trap '' TERM; while :; do sleep 0.1; don
     [(signal.SIGINT, WILLING), (signal.SIGTERM, WILLING), (signal.SIGHUP, WILLING), (signal.SIGTERM, STUBBORN)],
 )
 def test_a_signal_ends_the_viewer_too(tmp_path, number, script):
-    process, viewer = started(tmp_path, script, "--port", free_port())
+    process, viewer = started(tmp_path, script, "--port", free_port(), first=HASTY)
     process.send_signal(number)
     out, err = process.communicate(timeout=30)
     assert process.returncode == 128 + number
@@ -289,7 +294,9 @@ def test_kill_9_leaves_no_viewer(tmp_path):
     wait_for(lambda: gone(viewer), 10.0)
 
 
-def test_everything_listens_on_this_machine_only_and_a_second_recording_goes_to_the_open_viewer(tmp_path, recording):
+def test_everything_listens_on_this_machine_only_and_a_second_recording_goes_to_the_open_viewer(
+    wrist, tmp_path, recording
+):
     needs.vulkan()
     port = free_port()
     program = Path(rerun_cli.__file__).with_name("rerun")
@@ -303,15 +310,13 @@ def test_everything_listens_on_this_machine_only_and_a_second_recording_goes_to_
         sockets = [each for one in everyone for each in one.net_connections("inet")]
         hosts = {each.laddr.ip for each in sockets if each.status == psutil.CONN_LISTEN}
         assert hosts == {"127.0.0.1"}
-        second = [*WRIST, "view", str(recording), "--port", str(port)]
-        done = subprocess.run(second, capture_output=True, text=True, check=True)
-        assert done.stdout == f"shown in the viewer that is open already, on 127.0.0.1:{port}\n"
+        code, out, _ = wrist(recording, "--port", port)
+        assert (code, out) == (0, f"shown in the viewer that is open already, on 127.0.0.1:{port}\n")
         client = ViewerClient.connect(Address(port=port).url)
         wait_for(lambda: client.get_state().recordings)
-        nobody = subprocess.run([*WRIST, "view", "--port", str(port)], capture_output=True, text=True, check=False)
-        assert nobody.returncode == 2
-        assert nobody.stderr.count("\n") == 1
-        assert "listens" in nobody.stderr
+        code, _, err = wrist("--port", port)
+        assert (code, err.count("\n")) == (2, 1)
+        assert "listens" in err
     finally:
         process.terminate()
         process.communicate(timeout=30)

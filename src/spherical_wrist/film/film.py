@@ -77,11 +77,11 @@ def render_film(
     kind.check(settings.size)
     rate, motion = kind.frame_rate(settings.fps), Motion.of(run)
     instants = settings.instants(motion, rate)
-    count, done = len(instants), counter()  # a GIF renders some frames twice, to choose its colours
+    count, done = len(instants), counter()
     with replacing(path, "film") as part, run.plant() as plant, Frames(run, plant, motion, settings) as frames:
 
         def picture(number: int) -> Picture:
-            progress(min(next(done), count), count)
+            progress(next(done), count)
             return frames.at(float(instants[number]))
 
         kind.write(part, settings.size, rate, count, picture)

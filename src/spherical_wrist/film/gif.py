@@ -52,12 +52,14 @@ def write(path: Path, size: tuple[int, int], rate: Fraction, count: int, picture
         picture: renders a frame by its number.
     """
     chosen = np.linspace(0, count - 1, min(SAMPLES, count)).round().astype(int)
-    colours = palette([picture(int(number)) for number in chosen])
+    kept = {int(number): picture(int(number)) for number in chosen}  # rendering takes the time
+    colours = palette([kept[int(number)] for number in chosen])
     reference = _indexed(colours)
     table = _completed(colours)
 
     def frame(number: int) -> Image.Image:
-        indexed = Image.fromarray(picture(number)).quantize(palette=reference, dither=Image.Dither.NONE)
+        pixels = kept.pop(number) if number in kept else picture(number)
+        indexed = Image.fromarray(pixels).quantize(palette=reference, dither=Image.Dither.NONE)
         indexed.putpalette(table)
         return indexed
 
