@@ -52,9 +52,8 @@ def served_viewer(path: Path | None, port: int = PAGE_PORT) -> Iterator[Served]:
         check_seal(path)
     address = Address(HOST, free_port() if is_listening(PORT) else PORT)
     upstream = free_port()
-    files = [] if path is None else [str(path.resolve())]
     ports = ["--port", str(address.port), "--web-viewer-port", str(upstream)]
-    with served_page(port, upstream, address.port), rerun_process([*files, "--serve-web", *ports]) as server:
+    with served_page(port, upstream, address.port), rerun_process(["--serve-web", *ports]) as server:
         deadline = time.monotonic() + _PATIENCE
         while not (is_listening(upstream) and is_listening(address.port)):
             if not server.running:
@@ -62,5 +61,8 @@ def served_viewer(path: Path | None, port: int = PAGE_PORT) -> Iterator[Served]:
             if time.monotonic() > deadline:
                 raise ViewerError(f"the web viewer was not there within {_PATIENCE:g} s: is the machine very busy?")
             time.sleep(0.05)
+        if path is not None:  # handed over, because a server that read the file itself keeps a processor core busy
+            with rerun_process([str(path.resolve()), "--port", str(address.port)]) as sender:
+                sender.wait()
         query = urlencode({"url": address.url, "hide_welcome_screen": "1"})
         yield Served(f"http://{HOST}:{port}/?{query}", address, server)
