@@ -5,6 +5,7 @@ import gc
 import json
 import os
 import resource
+import shlex
 import shutil
 import signal
 import subprocess
@@ -351,9 +352,10 @@ def test_an_edited_law_is_not_resumed(tmp_path, wrist):
         "            command.torque[i] = 0.1 * signal.error[i]\n"
     )
     folder = swept(tmp_path / "c", f'laws = ["{law}:Mine"]\nsamples = 2\n[experiment]\nduration = 0.01\n')
-    assert wrist("sweep", folder.path, "--resume")[0] == 0
+    resume = shlex.split(folder.command("--resume"))[1:]
+    assert wrist(*resume)[0] == 0
     law.write_text(law.read_text().replace("0.1", "0.2"))
-    code, _, err = wrist("sweep", folder.path, "--resume")
+    code, _, err = wrist(*resume)
     assert (code, "file of a law" in err) == (2, True)
 
 

@@ -176,13 +176,63 @@ def own_law_again(experiment, folder):
     return experiment.replaced(law={"name": str(folder / "my_law.py") + ":Spring", "damping": 0.02})
 
 
-def test_the_packages_own_model_is_kept_too(tmp_path):
+NAMING = {
+    "mesh": ('<mesh name="tool" file="{shapes}/tool.obj"/>', ""),
+    "folder of meshes": ('<mesh name="tool" file="tool.obj"/>', 'meshdir="{shapes}"'),
+    "folder of assets": ('<mesh name="tool" file="tool.obj"/>', 'assetdir="{shapes}/"'),
+    "mesh beside a folder of meshes": ('<mesh name="tool" file="{shapes}/tool.obj"/>', 'meshdir="elsewhere"'),
+    "folder above": ('<mesh name="tool" file="shapes/tool.obj"/>', 'meshdir="{folder}"'),
+    "link": ('<mesh name="tool" file="tool.obj"/>', 'meshdir="link"'),
+    "quotes and signs": ("<mesh name='tool' file='{shapes}/a &amp; b&apos;.obj'/>", ""),
+    "climbing": ('<mesh name="tool" file="../shapes/tool.obj"/>', ""),
+}
+"""Ways to name a mesh in a folder that is not the model's, by an asset and a compiler."""
+
+
+@pytest.mark.parametrize("included", [False, True], ids=["in the model", "in an included file"])
+@pytest.mark.parametrize("kind", NAMING)
+def test_a_recording_has_all_that_its_model_names_wherever_that_was(tmp_path, kind, included):
+    """Once what it was made from is gone, it is simulated again from itself."""
+    folder, models = tmp_path / "there", tmp_path / "there" / "models"
+    (folder / "shapes").mkdir(parents=True)
+    models.mkdir()
+    for name in ("tool.obj", "a & b'.obj"):
+        (folder / "shapes" / name).write_text(TOOL)
+    (models / "link").symlink_to(folder / "shapes")
+    asset, compiler = (text.format(shapes=folder / "shapes", folder=folder) for text in NAMING[kind])
+    more = f"<asset>{asset}</asset>"
+    if included:
+        (folder / "shapes" / "mesh.xml").write_text(f"<mujoco>{more}</mujoco>")
+        more = f'<include file="{folder}/shapes/mesh.xml"/>'
+    body = '<body><geom type="mesh" mesh="tool" mass="0.05"/><site name="tip" pos="0 0 -0.05"/></body>'
+    (models / "mine.xml").write_text(mjcf(body, compiler=compiler, more=more))
+    run = simulate(Experiment(model=models / "mine.xml", duration=0.1))
+    record(run, tmp_path / "run.rrd")
+    shutil.rmtree(folder)
+    assert replay(tmp_path / "run.rrd").identical
+    with load_recording(tmp_path / "run.rrd").plant() as plant:
+        assert plant.model.nmesh == 1
+    texts = [content for content in run.embedded_files.files.values() if content.lstrip()[:1] == b"<"]
+    assert texts
+    assert not any(str(tmp_path).encode() in content for content in texts)
+
+
+def test_a_model_whose_names_can_be_moved_is_kept_as_it_is(tmp_path):
+    experiment = own_everything(tmp_path)
+    kept = EmbeddedFiles.of(experiment).files
+    assert kept["model/mine.xml"] == (tmp_path / "models" / "mine.xml").read_bytes()
+
+
+def test_the_packages_own_model_is_kept_too_and_taken_where_the_package_has_another(tmp_path, monkeypatch):
     embedded_files = EmbeddedFiles.of(Experiment())
     assert embedded_files.places == {"model": "model/wrist.xml"}
     assert embedded_files.files["model/wrist.xml"] == default_model().read_bytes()
-    told = embedded_files.described(Experiment().model_dump(mode="json"), tmp_path)
     embedded_files.unpack(tmp_path)
-    assert Experiment(**told).model == tmp_path / "model" / "wrist.xml"
+    plain = Experiment().model_dump(mode="json")
+    assert Experiment(**embedded_files.described(plain, tmp_path)).model is None
+    (tmp_path / "newer.xml").write_bytes(default_model().read_bytes() + b"<!-- newer -->")
+    monkeypatch.setattr("spherical_wrist.experiment.embedded_files.default_model", lambda: tmp_path / "newer.xml")
+    assert Experiment(**embedded_files.described(plain, tmp_path)).model == tmp_path / "model" / "wrist.xml"
 
 
 def test_archives_are_reproducible_and_distrusted():

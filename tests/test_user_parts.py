@@ -9,7 +9,7 @@ from rigs import one_line
 from spherical_wrist import Experiment, load_recording, record, simulate
 from spherical_wrist.campaign.description import Campaign
 from spherical_wrist.campaign.digest import digest_of
-from spherical_wrist.errors import ParameterError, WristError
+from spherical_wrist.errors import ParameterError, RecordingError, WristError
 from spherical_wrist.experiment.command import command_of
 from spherical_wrist.parameters import Member
 from spherical_wrist.reference import Lissajous
@@ -83,8 +83,11 @@ def test_the_command_makes_the_same_experiment_from_anywhere(folder, tmp_path_fa
     assert f"{folder / 'kick.py'}:Kick" in words
     record(simulate(experiment), folder / "run.rrd")
     monkeypatch.chdir(tmp_path_factory.mktemp("elsewhere"))
-    again = load_recording(folder / "run.rrd").experiment
-    assert again == experiment
+    with pytest.raises(RecordingError, match="reference and disturbance"):
+        assert load_recording(folder / "run.rrd").experiment
+    again = load_recording(folder / "run.rrd", trust=True).experiment
+    assert again.reference.name == "spiral"
+    assert simulate(again).error.tobytes() == simulate(experiment).error.tobytes()
 
 
 def test_a_campaign_knows_them(folder):
@@ -158,3 +161,21 @@ def test_members_are_not_mixed_up_with_the_family(folder):
     assert Lissajous.files == Member.files == {}
     with pytest.raises(ParameterError, match="unknown reference"):
         Experiment(reference="spiral")
+
+
+@pytest.mark.parametrize(
+    "end", ["raise SystemExit(0)", "import sys; sys.exit('done')", "class Odd(BaseException): pass\nraise Odd"]
+)
+def test_a_file_that_would_end_the_process_is_an_error_of_one_line(folder, end):
+    (folder / "ends.py").write_text(end)
+    with pytest.raises(ParameterError) as caught:
+        Experiment(reference="ends.py:Ends")
+    assert "ends.py" in one_line(caught.value)
+
+
+def test_bytecode_is_no_python_file(folder):
+    import py_compile
+
+    compiled = py_compile.compile(str(folder / "spiral.py"), str(folder / "a.py:x.pyc"), doraise=True)
+    with pytest.raises(ParameterError, match="not a Python file"):
+        Experiment(reference=f"{compiled}:Spiral")

@@ -12,6 +12,7 @@ from typing import Annotated, Any, ClassVar, Self
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_serializer
 from pydantic_core import ErrorDetails
 
+from spherical_wrist.consent import code_is_withheld, is_code
 from spherical_wrist.errors import ParameterError, UnknownNameError, WristError, one_line
 from spherical_wrist.user_file import member_from_file
 
@@ -216,9 +217,11 @@ class Member(Parameters):
         if not isinstance(table, Mapping):
             raise ParameterError(f"{cls.kind} = {given!r}: a name, or a table of a name and parameters, is needed")
         name = table.get("name", default)
-        member = cls.member(name)
+        values = {str(key): value for key, value in table.items() if key != "name"}
+        withheld = code_is_withheld() and is_code(name)
+        member = _placeholder(cls, name, tuple(values)) if withheld else cls.member(name)
         try:
-            return member(**{str(key): value for key, value in table.items() if key != "name"})
+            return member(**values)
         except ParameterError as error:
             raise ParameterError(f"{cls.kind} {member.name}: {error}") from None
 
@@ -230,11 +233,31 @@ class Member(Parameters):
             UnknownNameError: there is none; the message has the nearest valid one.
             WristError: of the family's kind: the file cannot be loaded, or has no such member.
         """
-        if isinstance(name, str) and ".py:" in name:
-            return member_from_file(name, cls)
+        if is_code(name):
+            return _placeholder(cls, name, ()) if code_is_withheld() else member_from_file(name, cls)
         if not isinstance(name, str) or name not in cls.members:
             raise UnknownNameError(cls.kind, name, cls.members, "; `wrist list` shows them all")
         return cls.members[name]
+
+
+def _placeholder(family: type[Member], address: str, names: tuple[str, ...]) -> type[Member]:
+    """Return a member that stands for a Python file which is not loaded: it has these parameters, and does nothing.
+
+    Raises:
+        ParameterError: a name cannot be that of a parameter.
+    """
+    for name in names:
+        if not name.isidentifier() or name.startswith(("_", "model_")) or hasattr(family, name):
+            raise ParameterError(f"{family.kind} {address!r} cannot have a parameter {one_line(repr(name), 60)}")
+    annotations = {"abstract": ClassVar[bool], **dict.fromkeys(names, Any)}
+    name = address.rpartition(":")[2]
+    member: type[Member] = type(
+        name if name.isidentifier() else family.__name__,
+        (family,),
+        {"__module__": __name__, "__annotations__": annotations, "abstract": True, **dict.fromkeys(names)},
+    )
+    member.address = address
+    return member
 
 
 def _explain(error: ValidationError, model: type[BaseModel]) -> str:

@@ -41,6 +41,8 @@ def member_from_file(address: str, family: "type[Member]") -> "type[Member]":
     kind = family.kind
     file, _, name = address.rpartition(":")
     path = Path(file).expanduser().resolve()
+    if path.suffix != ".py":  # Python would also run bytecode
+        raise family.fault(f"{kind} {address!r}: {file!r} is not a Python file; give path/to/file.py:Name")
     if not path.is_file():
         raise family.fault(f"{kind} {address!r}: no such file {file!r}; give path/to/file.py:Name")
     try:
@@ -76,13 +78,13 @@ def _loaded(path: Path, content: bytes) -> UserFile:
     """Return the file as a module; the content is part of the key, so that an edited file is loaded anew.
 
     Raises:
-        _FileError: it is no Python file, or raises.
+        _FileError: it raises.
     """
     # the name must be the same in every process: compiled code that is cached on disk refers to it
     name = f"user_law_{hashlib.sha256(content).hexdigest()[:16]}"
     spec = importlib.util.spec_from_file_location(name, path)
-    if spec is None or spec.loader is None:
-        raise _FileError(" is not a Python file")
+    assert spec is not None
+    assert spec.loader is not None
     for helper in _helpers:
         sys.modules.pop(helper, None)
     before = set(sys.modules)
@@ -91,8 +93,10 @@ def _loaded(path: Path, content: bytes) -> UserFile:
     files = {path: content}
     try:
         spec.loader.exec_module(module)
-    except Exception as error:  # a user's file may raise anything
+    except BaseException as error:  # a user's file may raise anything, SystemExit too
         del sys.modules[name]
+        if isinstance(error, KeyboardInterrupt) or type(error).__module__.startswith("spherical_wrist.cli"):
+            raise  # a signal, not the file
         line = f", line {error.lineno}" if isinstance(error, SyntaxError) else ""
         raise _FileError(f"{line}: {type(error).__name__}: {one_line(error)}") from None
     finally:

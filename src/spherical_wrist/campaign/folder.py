@@ -7,8 +7,9 @@ and is the only record of which batches are done.
 
 import hashlib
 import json
+import shlex
 from collections.abc import Callable, Mapping
-from contextlib import AbstractContextManager, suppress
+from contextlib import AbstractContextManager, nullcontext, suppress
 from pathlib import Path
 from typing import Any, NamedTuple, Self
 
@@ -16,6 +17,7 @@ from spherical_wrist.campaign.description import Campaign
 from spherical_wrist.campaign.digest import digest_of, version_differences, versions_here
 from spherical_wrist.campaign.errors import CampaignError
 from spherical_wrist.campaign.store import EpisodeFiles, Episodes
+from spherical_wrist.consent import code_in, without_code
 from spherical_wrist.errors import RecordingError
 from spherical_wrist.files import write_whole
 from spherical_wrist.folder_lock import LOCK, folder_lock
@@ -39,6 +41,7 @@ class Folder(NamedTuple):
         digest: of the campaign, and of the law and model files that it names.
         batch_size: episodes in a file.
         versions: of the packages and the platform that the results come from.
+        withheld: Python files that the campaign names, and that were not loaded.
     """
 
     path: Path
@@ -46,6 +49,7 @@ class Folder(NamedTuple):
     digest: str
     batch_size: int
     versions: Mapping[str, str]
+    withheld: tuple[str, ...] = ()
 
     @classmethod
     def create(cls, path: Path, file: Path, campaign: Campaign) -> Self:
@@ -74,8 +78,12 @@ class Folder(NamedTuple):
         return made
 
     @classmethod
-    def open(cls, path: Path | str) -> Self:
+    def open(cls, path: Path | str, *, trust: bool = False) -> Self:
         """Open the folder of a campaign.
+
+        Args:
+            path: the folder.
+            trust: load the Python files that the campaign names. To look at its results needs none of them.
 
         Raises:
             CampaignError: there is no campaign, or its description is damaged.
@@ -83,10 +91,31 @@ class Folder(NamedTuple):
         """
         description = _read(Path(path))
         try:
-            campaign = Campaign(**description["campaign"])
-            return cls(Path(path), campaign, description["digest"], description["batch_size"], description["versions"])
+            withheld = () if trust else tuple(code_in(description["campaign"]))
+            with without_code() if withheld else nullcontext():
+                campaign = Campaign(**description["campaign"])
+            digest, size, versions = (description[name] for name in ("digest", "batch_size", "versions"))
+            return cls(Path(path), campaign, digest, size, versions, withheld)
         except (KeyError, TypeError) as error:
             raise CampaignError(f"{str(Path(path) / RESOLVED)!r} is damaged: {error!r}") from None
+
+    def command(self, *options: str) -> str:
+        """Return a command line on this folder, with the consent that its code needs."""
+        consent = ["--trust"] if code_in(self.campaign.model_dump(mode="json")) else []
+        return shlex.join(["wrist", "sweep", str(self.path), *options, *consent])
+
+    def check_consent(self) -> None:
+        """Refuse to simulate with Python files that were not loaded.
+
+        Raises:
+            CampaignError: there are some.
+        """
+        if self.withheld:
+            more = f" and {len(self.withheld) - 1} more" if len(self.withheld) > 1 else ""
+            raise CampaignError(
+                f"{str(self.path)!r} names Python code that would run here, {self.withheld[0]!r}{more}: "
+                "read it, and allow it with --trust"
+            )
 
     @property
     def files(self) -> EpisodeFiles:

@@ -39,9 +39,10 @@ def replay(folder: Folder, id_: int) -> Replay:
     """Run an episode by its id.
 
     Raises:
-        CampaignError: the campaign has no episode of this id.
+        CampaignError: the campaign has no episode of this id, or names Python code that is not trusted.
         WristError: the experiment of the episode is not valid, or its law raises.
     """
+    folder.check_consent()
     size = folder.campaign.size
     if not 0 <= id_ < size:
         raise CampaignError(f"episode {id_}: the campaign's episodes are 0 to {size - 1}")

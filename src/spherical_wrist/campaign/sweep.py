@@ -38,20 +38,24 @@ def read_campaign(file: Path) -> Campaign:
     return campaign
 
 
-def resume(path: Path, *, anyway: bool = False, file: Path | None = None) -> Folder:
+def resume(path: Path, *, anyway: bool = False, file: Path | None = None, trust: bool = False) -> Folder:
     """Open the folder of a campaign to continue it; the caller holds its lock.
 
     Args:
         path: the folder.
         anyway: if True, accept other versions of packages.
-        file: the campaign file, to check that it is the same campaign.
+        file: the campaign file, to check that it is the same campaign. What it names is then trusted.
+        trust: load the Python files that the folder names.
 
     Raises:
-        CampaignError: there is no campaign, or it has changed.
+        CampaignError: there is no campaign, it has changed, or it names Python code that is not trusted.
     """
-    folder = Folder.open(path)
-    if file is not None and Campaign.from_toml(file).resolved() != folder.campaign:
-        raise CampaignError(f"{str(path)!r} holds another campaign than {str(file)!r}: give another folder with -o")
+    folder = Folder.open(path, trust=trust)
+    if file is not None:
+        if Campaign.from_toml(file).resolved().to_json() != folder.campaign.to_json():
+            raise CampaignError(f"{str(path)!r} holds another campaign than {str(file)!r}: give another folder with -o")
+        folder = Folder.open(path, trust=True)
+    folder.check_consent()
     folder.check_unchanged(versions=not anyway)
     folder.remove_partial_files()
     return folder
@@ -86,9 +90,7 @@ def sweep(folder: Folder, cluster: Cluster, listener: Listener) -> int:
                 ran += _length(batch)
                 listener.progress(done + ran, folder.campaign.size)
     except (CampaignError, RecordingError) as error:
-        raise CampaignError(
-            f"{error}; nothing stored is lost, go on with: wrist sweep {folder.path} --resume"
-        ) from None
+        raise CampaignError(f"{error}; nothing stored is lost, go on with: {folder.command('--resume')}") from None
     return ran
 
 

@@ -49,12 +49,16 @@ def command(
     tls_cert: Annotated[Path | None, Option(metavar=PEM, help="of tls://: certificate of this computer")] = None,
     tls_key: Annotated[Path | None, Option(metavar=PEM, help="of tls://: key of that certificate")] = None,
     anyway: Annotated[bool, Option("--anyway", help="resume with other versions of packages")] = False,
+    trust: Annotated[
+        bool, Option("--trust", help="of --resume and --replay: run Python code that the folder names, such as a law")
+    ] = False,
     json: Json = False,
 ) -> int:
     """The folder DIR gets a copy of the file, and the episodes as Parquet: parameters, seeds, metrics and outcomes.
 
     A campaign that was stopped in any way continues with --resume; the final table is the same, bit for bit.
-    Without options, DIR is summarised. For an example of a campaign file, see scripts/campaign.toml.
+    Without options, DIR is summarised. Python code that DIR names, such as a law, is run only with --trust.
+    For an example of a campaign file, see scripts/campaign.toml.
 
     Exit code: 0 all episodes are stored (some may have diverged), 2 wrong input or stopped by a fault, 130 or 143
     stopped by a signal. Of --replay: as of wrist run.
@@ -70,7 +74,7 @@ def command(
     from spherical_wrist.cli.signals import Stopped, stopping
 
     if replay is not None:
-        return _replay(campaign, replay, output or Path(f"episode-{replay}.rrd"), json)
+        return _replay(Folder.open(campaign, trust=trust), replay, output or Path(f"episode-{replay}.rrd"), json)
     if campaign.is_dir() and not (resume and is_campaign(campaign)):
         _report(Folder.open(campaign), json)
         return 0
@@ -81,14 +85,14 @@ def command(
         if new is not None:
             folder = Folder.create(path, campaign, new)
         elif resume:
-            folder = resumed(path, anyway=anyway, file=None if campaign.is_dir() else campaign)
+            folder = resumed(path, anyway=anyway, file=None if campaign.is_dir() else campaign, trust=trust)
         else:
             raise CampaignError(f"{str(path)!r} holds a campaign: --resume goes on with it, -o gives another folder")
         try:
             with stopping(), _listener(json) as listener:
                 sweep(folder, cluster, listener)
         except Stopped as stop:
-            print(f"stopped; go on with: wrist sweep {path} --resume", file=sys.stderr)
+            print(f"stopped; go on with: {folder.command('--resume')}", file=sys.stderr)
             return 128 + stop.number
     _report(folder, json)
     return 0
@@ -135,15 +139,14 @@ def _new(file: Path, path: Path) -> Campaign:
     return read_campaign(file)
 
 
-def _replay(path: Path, id_: int, output: Path, as_json: bool) -> int:
-    from spherical_wrist.campaign.folder import Folder
+def _replay(folder: Folder, id_: int, output: Path, as_json: bool) -> int:
     from spherical_wrist.campaign.replay import replay
     from spherical_wrist.cli.output import run_table
     from spherical_wrist.files import check_writable
     from spherical_wrist.loop.outcome import Status
     from spherical_wrist.recording.runs import record
 
-    folder = Folder.open(path)
+    folder.check_consent()
     check_writable(output)
     again = replay(folder, id_)
     record(again.run, output)
@@ -186,7 +189,7 @@ def _report(folder: Folder, as_json: bool) -> None:
     console.print(Text.assemble((str(folder.path), "bold"), f"  {stored:,} of {size:,} episodes"), soft_wrap=True)
     console.print(_table(laws))
     if stored < size:
-        console.print(f"go on with: wrist sweep {folder.path} --resume", soft_wrap=True)
+        console.print(f"go on with: {folder.command('--resume')}", soft_wrap=True)
 
 
 def _table(laws: list[dict[str, Any]]) -> Table:

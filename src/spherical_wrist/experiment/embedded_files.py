@@ -7,16 +7,17 @@ import io
 import os
 import zipfile
 import zlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from hashlib import sha256
 from pathlib import Path, PurePosixPath
-from typing import Any, NamedTuple, Self
+from typing import Any, NamedTuple, Self, get_args
 
-from spherical_wrist.errors import RecordingError
+from spherical_wrist.consent import is_code
+from spherical_wrist.errors import RecordingError, one_line
 from spherical_wrist.experiment.description import PARTS, Experiment
 from spherical_wrist.files import make_folder, write_together
 from spherical_wrist.parameters import Member
-from spherical_wrist.wrist import default_model, model_files
+from spherical_wrist.wrist import check_confined, default_model, model_files, portable
 
 EPOCH = (1980, 1, 1, 0, 0, 0)
 """Time of every file in an archive: the same files make the same archive."""
@@ -46,20 +47,15 @@ class EmbeddedFiles(NamedTuple):
         places: dict[str, str] = {}
         files: dict[str, bytes] = {}
         for name, group in _groups(experiment):
-            first, root = next(iter(group)), Path(os.path.commonpath([file.parent for file in group]))
-            inside = {file: f"{name}/{file.relative_to(root).as_posix()}" for file in group}
-            places[name] = inside[first]
-            files |= {inside[file]: content for file, content in group.items()}
+            contents, root = portable(group) if name == "model" else (group, _common_folder(group))
+            inside = {file: f"{name}/{file.relative_to(root).as_posix()}" for file in contents}
+            places[name] = inside[next(iter(contents))]
+            files |= {inside[file]: content for file, content in contents.items()}
         return cls(places, files)
-
-    @property
-    def code(self) -> list[str]:
-        """Names of the parts of the experiment that are Python code of the user's own."""
-        return [name for name, place in self.places.items() if place.endswith(".py")]
 
     def digest(self, name: str) -> str | None:
         """Return twelve digits of the SHA-256 of the files of a parameter, by dotted name; None without any."""
-        group = {path: content for path, content in self.files.items() if path.startswith(f"{name}/")}
+        group = {path: content for path, content in self.files.items() if _is_of(name, path)}
         digest = sha256()
         for path, content in sorted(group.items()):
             digest.update(path.encode() + b"\0" + sha256(content).digest())
@@ -88,8 +84,12 @@ class EmbeddedFiles(NamedTuple):
         except (zipfile.BadZipFile, zlib.error, NotImplementedError, RuntimeError, EOFError) as error:
             raise ValueError(f"its archive of files is damaged: {error}") from None
         for path in (*files, *places.values()):
-            if PurePosixPath(path).is_absolute() or ".." in PurePosixPath(path).parts or path not in files:
+            pure = PurePosixPath(path)
+            if pure.is_absolute() or ".." in pure.parts or "\\" in path or not path.isprintable() or path not in files:
                 raise ValueError(f"its archive of files has a path that leads nowhere: {path!r}")
+        for name, path in places.items():
+            if name in PARTS and (":" in path or not path.endswith(".py")):
+                raise ValueError(f"its archive of files has {path!r} as the Python file of its {name}")
         return cls(dict(places), files)
 
     def unpack(self, folder: Path) -> None:
@@ -103,18 +103,84 @@ class EmbeddedFiles(NamedTuple):
         write_together({folder / path: content for path, content in self.files.items()})
 
     def described(self, description: Mapping[str, Any], folder: Path) -> dict[str, Any]:
-        """Return a description of an experiment with every path replaced by that of the file in an unpacked folder."""
-        replaced = dict(description)
+        """Return a description of an experiment with every path replaced by that of the file in an unpacked folder.
+
+        Raises:
+            RecordingError: it names a file that is not among these.
+        """
+        named = files_named(description)
+        for name, file in named.items():
+            if name not in self.places:
+                raise RecordingError(f"it names the file {one_line(file, 120)!r} as its {name}, and does not carry it")
+        model = self.model(description, folder)
+        replaced = {**description, "model": model and str(model)}
         for name, place in self.places.items():
-            file = str(folder / place)
+            inside = str(folder / place)
             part, _, parameter = name.partition(".")
-            if parameter:
-                replaced[part] = {**replaced[part], parameter: file}
-            elif part in PARTS:
-                replaced[part] = {**replaced[part], "name": f"{file}:{replaced[part]['name'].rpartition(':')[2]}"}
+            table = _table(replaced.get(part))
+            if name == "model":
+                continue
+            if part in PARTS and parameter in table and (name in named or is_code(table["name"])):
+                replaced[part] = {**table, parameter: inside}
+            elif name in named:
+                replaced[part] = {**table, "name": f"{inside}:{named[name].rpartition(':')[2]}"}
             else:
-                replaced[part] = file
+                raise RecordingError(f"it carries a file as its {one_line(name, 120)}, which is none")
         return replaced
+
+    def model(self, description: Mapping[str, Any], folder: Path) -> Path | None:
+        """Return the model file in an unpacked folder; None for the default model, as it is here.
+
+        Raises:
+            RecordingError: the model is not carried, or asks for files that are not.
+        """
+        if "model" in self.places:
+            model = folder / self.places["model"]
+            check_confined(model, folder)
+            usual = description.get("model") is None and list(model_files(default_model()).values())
+            return (
+                None if usual == [content for path, content in self.files.items() if _is_of("model", path)] else model
+            )
+        if description.get("model") is not None:
+            raise RecordingError(f"it names the model {one_line(description['model'], 120)!r}, and does not carry it")
+        return None
+
+
+def _is_of(name: str, path: str) -> bool:
+    return path.startswith(f"{name}/")
+
+
+def _common_folder(files: Iterable[Path]) -> Path:
+    return Path(os.path.commonpath([file.parent for file in files]))
+
+
+def files_named(description: Mapping[str, Any]) -> dict[str, str]:
+    """Return the files that the parts of a described experiment name, by dotted name; Python files as ``file.py:Name``.
+
+    Raises:
+        RecordingError: a part is described as no recording of this package describes it.
+    """
+    found = {}
+    for part, family in PARTS.items():
+        table = _table(description.get(part))
+        name = table.get("name")
+        if is_code(name):
+            found[part] = str(name)
+        elif name not in family.members:
+            raise RecordingError(f"its {part} {one_line(repr(name), 120)} is not known to this version")
+        else:
+            fields = family.members[name].model_fields
+            of_files = [key for key in fields if _takes_path(fields[key].annotation)]
+            found |= {f"{part}.{key}": str(table[key]) for key in of_files if table.get(key) is not None}
+    return found
+
+
+def _takes_path(annotation: Any) -> bool:
+    return annotation is Path or any(map(_takes_path, get_args(annotation)))
+
+
+def _table(part: Any) -> dict[str, Any]:
+    return dict(part) if isinstance(part, Mapping) else {"name": part}
 
 
 def _groups(experiment: Experiment) -> Iterator[tuple[str, Mapping[Path, bytes]]]:

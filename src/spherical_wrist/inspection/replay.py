@@ -2,11 +2,9 @@
 
 from collections.abc import Callable
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import NamedTuple
 
 from spherical_wrist.errors import RecordingError, WristError
-from spherical_wrist.experiment.description import Experiment
 from spherical_wrist.inspection.difference import Difference, difference
 from spherical_wrist.loop.outcome import Status
 from spherical_wrist.recording.runs import load_recording
@@ -63,36 +61,30 @@ def replay(
         RecordingError: the recording cannot be read, carries no files, or carries code that is not trusted.
         WristError: its experiment cannot be simulated here.
     """
-    recorded = load_recording(path)
-    embedded_files, name = recorded.embedded_files, f"recording {str(path)!r}"
-    if "model" not in embedded_files.places:
+    recorded, name = load_recording(path, trust=trust), f"recording {str(path)!r}"
+    if "model" not in recorded.embedded_files.places:
         raise RecordingError(
             f"{name} was made by a version that kept no files in it: it cannot be replayed from itself"
         )
-    if embedded_files.code and not trust:
-        raise RecordingError(
-            f"{name}: Python code that it carries would run as its {' and '.join(embedded_files.code)}: "
-            "read it (wrist replay --extract DIR), and allow it with --trust"
-        )
-    with TemporaryDirectory() as folder:
-        embedded_files.unpack(Path(folder))
-        try:
-            experiment = Experiment(**embedded_files.described(recorded.description, Path(folder)))
-        except WristError as error:
-            raise RecordingError(f"{name} cannot be replayed by this version: {error}") from None
-        end = recorded.outcome.time if recorded.outcome.status is Status.INTERRUPTED else None
-        so_far = 0.0
+    try:
+        experiment = recorded.experiment
+    except RecordingError as error:
+        raise RecordingError(f"{name}: {error}") from None
+    except WristError as error:
+        raise RecordingError(f"{name} cannot be replayed by this version: {error}") from None
+    end = recorded.outcome.time if recorded.outcome.status is Status.INTERRUPTED else None
+    so_far = 0.0
 
-        def note(simulated: float) -> None:
-            nonlocal so_far
-            so_far = simulated
-            if progress is not None:
-                progress(simulated)
+    def note(simulated: float) -> None:
+        nonlocal so_far
+        so_far = simulated
+        if progress is not None:
+            progress(simulated)
 
-        def enough() -> bool:
-            return stop() or (end is not None and so_far >= end)
+    def enough() -> bool:
+        return stop() or (end is not None and so_far >= end)
 
-        again = simulate(experiment, record_every=recorded.every, progress=note, stop=enough)
+    again = simulate(experiment, record_every=recorded.every, progress=note, stop=enough)
     then, now = recorded.metrics.available, again.metrics
     changed = {
         what: (version, again.versions.get(what, "unknown"))

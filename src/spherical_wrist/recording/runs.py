@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from spherical_wrist.errors import RecordingError
+from spherical_wrist.experiment.description import PARTS
 from spherical_wrist.experiment.embedded_files import EmbeddedFiles
 from spherical_wrist.loop.outcome import Outcome, Status
 from spherical_wrist.measure.metrics import Metrics, MetricSettings
@@ -31,8 +32,13 @@ def record(run: Run, path: Path | str) -> None:
         write_recording(Path(path), run, plant, properties_of(run), run.every, run.embedded_files.archive(), *texts)
 
 
-def load_recording(path: Path | str) -> Run:
+def load_recording(path: Path | str, *, trust: bool = False) -> Run:
     """Read a run back from a file that :func:`record` wrote; the series bit for bit.
+
+    Args:
+        path: recording.
+        trust: allow the Python code that it carries, such as a user's own law, to run where its experiment is asked
+            for. Whoever made the recording could have put anything there. Reading it runs none.
 
     Raises:
         RecordingError: the file is missing, truncated, damaged, or not a recording of this package.
@@ -44,7 +50,7 @@ def load_recording(path: Path | str) -> Run:
         return Run(
             channels=recording.series.channels,
             described=recording.series.described,
-            description=properties["experiment"],
+            description=_described(properties["experiment"]),
             outcome=_outcome(properties["outcome"]),
             metrics=Metrics.recorded(properties["metrics"], settings, recording.format),
             measurement=settings,
@@ -52,11 +58,26 @@ def load_recording(path: Path | str) -> Run:
             every=recording.every,
             wall_time=properties["run"]["wall_time_s"],
             embedded_files=_embedded_files(properties, recording.archive),
+            trusted=trust,
         )
     except (KeyError, TypeError, ValueError) as error:
         raise RecordingError(
             f"recording {str(path)!r} lacks properties of a run ({error!r}): was it made by another version?"
         ) from None
+
+
+def _described(experiment: Any) -> Mapping[str, Any]:
+    """Return the description of an experiment, whose parts must be tables with a name.
+
+    Raises:
+        TypeError: it is none.
+    """
+    if not isinstance(experiment, Mapping):
+        raise TypeError("experiment is no table")
+    for part in PARTS.keys() & experiment.keys():
+        if not isinstance(experiment[part], Mapping) or not isinstance(experiment[part].get("name"), str):
+            raise TypeError(f"experiment.{part} is no table with a name")
+    return experiment
 
 
 def _embedded_files(properties: Mapping[str, Any], archive: bytes) -> EmbeddedFiles:

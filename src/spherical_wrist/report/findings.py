@@ -27,7 +27,6 @@ of an interval that is open, are null:
 ================  ===================================================================================================
 """
 
-import shlex
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
@@ -125,7 +124,7 @@ def _campaign(folder: Folder, stored: int) -> dict[str, Any]:
         "episodes": campaign.size,
         "stored": stored,
         "complete": stored == campaign.size,
-        "resume": shlex.join(["wrist", "sweep", str(folder.path), "--resume"]),
+        "resume": folder.command("--resume"),
         "laws": {
             label: {"name": dump["name"], "parameters": {key: value for key, value in dump.items() if key != "name"}}
             for label, dump in dumps.items()
@@ -159,6 +158,5 @@ def _short(value: float | None) -> float | None:
 def _replayed(folder: Folder, rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
     """With the command that runs each again, alone, and records it."""
     for row in rows:
-        words = ["wrist", "sweep", str(folder.path), "--replay", str(row["id"]), "-o", f"episode-{row['id']}.rrd"]
-        row["command"] = shlex.join(words)
+        row["command"] = folder.command("--replay", str(row["id"]), "-o", f"episode-{row['id']}.rrd")
     return rows

@@ -69,7 +69,7 @@ def table_of(folder: Folder) -> Iterator[Table]:
     there, odd = files.scan()
     paths = [files.path(files.batch(number)) for number in sorted(there)]
     if not paths:
-        raise CampaignError(f"{str(folder.path)!r} has no episodes yet: wrist sweep {folder.path} --resume runs them")
+        raise CampaignError(f"{str(folder.path)!r} has no episodes yet: {folder.command('--resume')} runs them")
     parameters = tuple(columns(folder.campaign))
     with TemporaryDirectory(prefix="wrist-report-") as room, explained():
         base = duckdb.connect(

@@ -1,16 +1,20 @@
 """Run: the result of an experiment."""
 
+import atexit
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, field
-from functools import cache
+from functools import cache, cached_property
 from pathlib import Path
 from platform import libc_ver, machine, python_version, system
-from tempfile import TemporaryDirectory
+from shutil import rmtree
+from tempfile import TemporaryDirectory, mkdtemp
 from typing import Any
 
+from spherical_wrist.consent import is_code, without_code
+from spherical_wrist.errors import RecordingError
 from spherical_wrist.experiment.description import Experiment
-from spherical_wrist.experiment.embedded_files import EmbeddedFiles
+from spherical_wrist.experiment.embedded_files import EmbeddedFiles, files_named
 from spherical_wrist.experiment.perturbation import Perturbation
 from spherical_wrist.loop.machine_code import processor
 from spherical_wrist.loop.outcome import Outcome
@@ -36,6 +40,7 @@ class Run(Series):
         every: the series have every ``every``-th control instant only; 1 for all.
         wall_time: time that simulating took, without compiling [s].
         embedded_files: files that the experiment depends on, as they were.
+        trusted: of a run from a recording, the Python code that it carries may run.
     """
 
     description: Mapping[str, Any]
@@ -46,16 +51,32 @@ class Run(Series):
     every: int = 1
     wall_time: float = 0.0
     embedded_files: EmbeddedFiles = field(default=EmbeddedFiles(), repr=False)
+    trusted: bool = field(default=False, repr=False)
     _experiment: Experiment | None = field(default=None, repr=False)
 
-    @property
+    @cached_property
     def experiment(self) -> Experiment:
-        """Experiment; of a run from a recording, made from its description.
+        """Experiment; of a run from a recording, made from its description and the files that it carries, no others.
+
+        Those files are unpacked to a folder that is there until this process ends.
 
         Raises:
-            WristError: it cannot be made here, for instance because the file of a user's own law is not there.
+            RecordingError: it names files that the recording does not carry, or Python code that is not trusted.
+            WristError: it cannot be made here.
         """
-        return self._experiment or Experiment(**self.description)
+        if self._experiment is not None:
+            return self._experiment
+        code = [part for part, file in files_named(self.description).items() if is_code(file)]
+        if code and not self.trusted:
+            raise RecordingError(
+                f"Python code that it carries would run as its {' and '.join(code)}: read it "
+                "(wrist replay --extract DIR), and allow it with --trust, or load_recording(path, trust=True)"
+            )
+        folder = Path(mkdtemp(prefix="recording-"))
+        atexit.register(rmtree, folder, ignore_errors=True)
+        self.embedded_files.unpack(folder)
+        with nullcontext() if self.trusted else without_code():
+            return Experiment(**self.embedded_files.described(self.description, folder))
 
     @contextmanager
     def plant(self) -> Iterator[Wrist]:
@@ -64,15 +85,15 @@ class Run(Series):
         The files of its meshes exist until the context is left.
 
         Raises:
-            WristError: there is no embedded model, and the experiment cannot be made here.
+            WristError: there is no embedded model, and it is not the default one.
         """
-        if "model" not in self.embedded_files.places:
-            yield plant_of(self.experiment)
+        if self._experiment is not None and "model" not in self.embedded_files.places:
+            yield plant_of(self._experiment)
             return
-        entries = {name: self.description[name] for name in (*Perturbation._fields, *Names._fields)}
+        entries: dict[str, Any] = {name: self.description.get(name) for name in (*Perturbation._fields, *Names._fields)}
         with TemporaryDirectory() as folder:
             self.embedded_files.unpack(Path(folder))
-            yield plant_of(Experiment(**entries, model=Path(folder) / self.embedded_files.places["model"]))
+            yield plant_of(Experiment(**entries, model=self.embedded_files.model(self.description, Path(folder))))
 
     @property
     def real_time_factor(self) -> float:
