@@ -6,6 +6,7 @@ and its parameters as annotated fields, is written in a file of its own and join
 
 import re
 from collections.abc import Mapping
+from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Self
 
@@ -181,7 +182,7 @@ class Member(Parameters):
     def _with_name(self, standard: Any) -> dict[str, Any]:
         return {"name": self.address, **standard(self)}
 
-    @property
+    @cached_property
     def acting(self) -> tuple[str, ...]:
         """Names of the parameters that have an effect: not at the default of the class that first declares them.
 
