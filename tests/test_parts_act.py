@@ -16,6 +16,7 @@ from spherical_wrist import Experiment, simulate
 from spherical_wrist.actuation import Actuation
 from spherical_wrist.disturbance import Disturbance
 from spherical_wrist.errors import ParameterError
+from spherical_wrist.experiment.description import PARTS
 from spherical_wrist.parameters import NonNegative, Parameters, matters, quantity
 from spherical_wrist.prepare.plant import Perturbation
 from spherical_wrist.reference import Reference
@@ -222,3 +223,12 @@ def test_values_of_a_recording_tell_what_matters_too():
     for delay, loss, rate in product((0.0, 1e-3), (0.0, 0.1), ("measured", "estimated")):
         given = {"delay": delay, "loss": loss, "rate": rate}
         assert matters(Sensing, "timestamped", given) == (bool(delay or loss) or rate == "estimated")
+
+
+@pytest.mark.parametrize(
+    "member", [each for family in PARTS.values() for each in family.members.values()], ids=lambda m: m.name
+)
+def test_what_is_worked_out_once_is_no_parameter(member):
+    part = member(**({"file": "motion.csv"} if "file" in member.model_fields else {}))
+    assert part.acting == part.acting
+    assert dict(part).keys() == type(part).model_fields.keys()

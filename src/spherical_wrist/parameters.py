@@ -182,12 +182,16 @@ class Member(Parameters):
     def _with_name(self, standard: Any) -> dict[str, Any]:
         return {"name": self.address, **standard(self)}
 
-    @cached_property
+    @property
     def acting(self) -> tuple[str, ...]:
         """Names of the parameters that have an effect: not at the default of the class that first declares them.
 
         The defaults of a family are harmless: a member in which no parameter acts does nothing.
         """
+        return self._acting
+
+    @cached_property  # with the underscore, by which pydantic does not take what is cached for a field
+    def _acting(self) -> tuple[str, ...]:
         values = {name: getattr(self, name) for name in type(self).model_fields}
         return tuple(
             name
