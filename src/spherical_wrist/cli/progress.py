@@ -24,9 +24,9 @@ def waiting(text: str) -> Iterator[None]:
     if not shows_bars():
         yield
         return
-    from rich.console import Console
+    from spherical_wrist.cli.tables import Terminal
 
-    with Console(stderr=True).status(text):
+    with Terminal(stderr=True).status(text):
         yield
 
 
@@ -92,10 +92,11 @@ def _lines() -> Counter:
 
 @contextmanager
 def _bar(text: str, *columns: Any, total: float | None = None, **fields: Any) -> Iterator[Callable[..., None]]:
-    from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
-    shown = (TextColumn(text), BarColumn(), *columns, TimeRemainingColumn())
-    with Progress(*shown, console=Console(stderr=True), transient=True) as bar:
+    from spherical_wrist.cli.tables import Terminal
+
+    shown = (TextColumn(text, markup=False), BarColumn(), *columns, TimeRemainingColumn())
+    with Progress(*shown, console=Terminal(stderr=True), transient=True) as bar:
         task = bar.add_task("", total=total, **fields)
         yield lambda **values: bar.update(task, **values)

@@ -12,6 +12,7 @@ from typer import Argument, Option
 
 from spherical_wrist.cli import completion
 from spherical_wrist.cli.options import Changes, Json, Settings, with_parameters
+from spherical_wrist.plain_text import visible
 
 if TYPE_CHECKING:
     from spherical_wrist.experiment.description import Experiment
@@ -142,7 +143,7 @@ def _live(
     def close(run: Run) -> None:
         missed = close_view(view, run)
         if missed:
-            print(f"wrist: {missed}", file=sys.stderr)
+            print(visible(f"wrist: {missed}"), file=sys.stderr)
 
     with live_view(experiment, address, every) as view:
         yield view.show, close

@@ -4,6 +4,8 @@ import os
 import sys
 from contextlib import suppress
 
+from spherical_wrist.plain_text import visible
+
 
 def prepare() -> None:
     """Connect closed streams to the null device, and let others print ``?`` for letters that they do not have.
@@ -27,7 +29,7 @@ def prepare() -> None:
 def complain(text: str, kind: str = "error") -> None:
     """Print one line on the error stream, if anybody reads it."""
     with suppress(OSError, ValueError):
-        print(f"wrist: {kind}: {' '.join(text.split())}", file=sys.stderr)
+        print(visible(f"wrist: {kind}: {' '.join(text.split())}"), file=sys.stderr)
     flush_errors()
 
 

@@ -17,6 +17,7 @@ from spherical_wrist.cli.options import Json
 from spherical_wrist.cli.streams import complain
 from spherical_wrist.cli.tables import print_json, printer, short
 from spherical_wrist.errors import ParameterError
+from spherical_wrist.plain_text import visible
 
 if TYPE_CHECKING:
     from spherical_wrist.campaign.cluster import Cluster
@@ -92,7 +93,7 @@ def command(
             with stopping(), _listener(json) as listener:
                 sweep(folder, cluster, listener)
         except Stopped as stop:
-            print(f"stopped; go on with: {folder.command('--resume')}", file=sys.stderr)
+            print(visible(f"stopped; go on with: {folder.command('--resume')}"), file=sys.stderr)
             return 128 + stop.number
     _report(folder, json)
     return 0

@@ -1,14 +1,16 @@
 """Output on the terminal: tables that fit its width, figures, and JSON."""
 
 import json
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
-from rich.console import Console
+from rich.console import Console, ConsoleOptions, RenderableType
+from rich.segment import Segment
 from rich.table import Table
 from rich.text import Text
 
 from spherical_wrist.cli.streams import speaks_unicode
+from spherical_wrist.plain_text import escaped, visible
 
 Entry = Text | str
 
@@ -16,9 +18,25 @@ NARROWEST = 60
 """Smallest width of tables [columns]; the lines of a narrower terminal wrap."""
 
 
+class Terminal(Console):
+    """Console that shows text as it is: no markup, no codes of emoji, and signs in place of control characters."""
+
+    def __init__(self, **options: Any) -> None:
+        super().__init__(highlight=False, markup=False, emoji=False, **options)
+
+    def print(self, *objects: Any, **options: Any) -> None:
+        """Print as Rich does, which would drop some control characters from plain text."""
+        super().print(*(visible(each) if isinstance(each, str) else each for each in objects), **options)
+
+    def render(self, renderable: RenderableType, options: ConsoleOptions | None = None) -> Iterable[Segment]:
+        """Render what is printed, with control characters made visible; the styles are added later."""
+        for segment in super().render(renderable, options):
+            yield segment if segment.control else Segment(visible(segment.text), segment.style)
+
+
 def print_json(value: Any) -> None:
     """Print one JSON object on the standard output."""
-    print(json.dumps(value, indent=2, ensure_ascii=not speaks_unicode(), allow_nan=False))
+    print(escaped(json.dumps(value, indent=2, ensure_ascii=not speaks_unicode(), allow_nan=False)))
 
 
 def json_bytes(value: Any) -> bytes:
@@ -28,7 +46,7 @@ def json_bytes(value: Any) -> bytes:
 
 def printer() -> Console:
     """Return a console as wide as the terminal, but not so narrow that figures would be cut."""
-    console = Console(highlight=False)
+    console = Terminal()
     console.width = max(console.width, NARROWEST)
     return console
 

@@ -15,6 +15,7 @@ from typer import Argument, Option
 from spherical_wrist.cli import completion
 from spherical_wrist.cli.signals import raising
 from spherical_wrist.errors import ParameterError
+from spherical_wrist.plain_text import visible
 
 SIZE = "1600x1000"
 SMALLEST, LARGEST = 200, 8000
@@ -87,9 +88,9 @@ def _picture(path: Path, target: Path, at: float | None, size: str) -> int:
     check_writable(target, "picture")
     taken = screenshot(path, at, (sides[0], sides[1]))
     write_whole(target, taken.png, "picture")
-    print(f"picture {target}")
+    print(visible(f"picture {target}"))
     for report in taken.reports:
-        print(f"wrist: {report}", file=sys.stderr)
+        print(visible(f"wrist: {report}"), file=sys.stderr)
     return 1 if taken.reports else 0
 
 

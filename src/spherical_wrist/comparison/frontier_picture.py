@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 from spherical_wrist.comparison.crossing import CrossingStatus
 from spherical_wrist.comparison.frontier import Axis
 from spherical_wrist.comparison.picture import BEATEN, FRONT, STYLE
+from spherical_wrist.plain_text import literal
 
 COLUMNS = 2
 NOTE = """One axis at a time; the experiment sets all else.
@@ -54,7 +55,7 @@ def _panel(panel: Axes, axis: Axis, table: Mapping[str, Any]) -> None:
         panel.barh(place, end - start, left=start, height=0.62, color=colour, alpha=0.85)
         text = f"> {shown}" if status == CrossingStatus.NEVER else shown
         panel.annotate(text, (end, place), xytext=(3, 0), textcoords="offset points", va="center", fontsize=6.5)
-    panel.set_yticks(range(len(names)), [name.replace("_", " ") for name in names], fontsize=7)
+    panel.set_yticks(range(len(names)), [literal(name.replace("_", " ")) for name in names], fontsize=7)
     panel.set(xscale="log", xlim=(start, 2.5 * max(*reached, 2.0 * start)), ylim=(-0.6, len(names) - 0.4))
     panel.xaxis.set_major_formatter("{x:g}")
     panel.xaxis.set_minor_formatter("")  # minor labels would overlap

@@ -11,6 +11,7 @@ from matplotlib.lines import Line2D
 
 from spherical_wrist.comparison.report import CHATTERING, ERROR
 from spherical_wrist.measure.metrics import METRICS
+from spherical_wrist.plain_text import literal
 
 FRONT, BEATEN, FAILED = "#0072b2", "#7f7f7f", "#d55e00"
 STYLE: Any = {
@@ -90,12 +91,12 @@ def _panel(panel: Axes, table: Mapping[str, Any], group: str) -> list[Mark]:
             )
         panel.plot(x, y, "o", color=colour, markersize=5, markerfacecolor="white" if failed else colour, zorder=top)
         note = f" (diverged on {failed})" if failed else ""
-        shown.append(Mark(x, y, row["law"].replace("_", " ") + note, colour))
+        shown.append(Mark(x, y, literal(row["law"].replace("_", " ")) + note, colour))
     front = sorted((x, y) for x, y, _, colour in shown if colour == FRONT)
     if front:
         panel.plot(*zip(*front, strict=True), color=FRONT, drawstyle="steps-post", linewidth=1.0, zorder=2)
     panel.set(xscale="log", yscale="log", xlabel="chattering [× plain computed torque]")
-    panel.set_title(f"{group}: {len(members)} case{'s' * (len(members) > 1)}")
+    panel.set_title(f"{literal(group)}: {len(members)} case{'s' * (len(members) > 1)}")
     panel.tick_params(labelleft=True)
     panel.xaxis.set_major_formatter("{x:g}")
     return shown

@@ -85,10 +85,10 @@ class EmbeddedFiles(NamedTuple):
             raise ValueError(f"its archive of files is damaged: {error}") from None
         for path in (*files, *places.values()):
             pure = PurePosixPath(path)
-            if pure.is_absolute() or ".." in pure.parts or "\\" in path or not path.isprintable() or path not in files:
+            if pure.is_absolute() or ".." in pure.parts or (os.name == "nt" and "\\" in path) or path not in files:
                 raise ValueError(f"its archive of files has a path that leads nowhere: {path!r}")
         for name, path in places.items():
-            if name in PARTS and (":" in path or not path.endswith(".py")):
+            if name in PARTS and not path.endswith(".py"):
                 raise ValueError(f"its archive of files has {path!r} as the Python file of its {name}")
         return cls(dict(places), files)
 

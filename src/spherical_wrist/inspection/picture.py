@@ -17,6 +17,7 @@ from spherical_wrist.inspection.drawing import AXES, MARK, STYLE
 from spherical_wrist.inspection.panels import Panel, motion_panels, other_panels
 from spherical_wrist.inspection.portrait import portrait
 from spherical_wrist.loop.outcome import Status
+from spherical_wrist.plain_text import literal
 from spherical_wrist.simulation.run import Run
 
 ROW, WIDTH = 1.5, 11.0
@@ -37,12 +38,12 @@ def run_picture(run: Run, title: Sequence[str]) -> Figure:
     motion, hardware = [*motion, *other[:split]], [*hardware, *other[split:]]
     rows = max(len(motion), 3 + len(hardware))
     with mpl.rc_context(STYLE):
-        words = [part for text in title[1:] for part in textwrap.wrap(text, 150)]
+        words = [part for text in title[1:] for part in textwrap.wrap(literal(text), 150)]
         top = 0.34 + 0.17 * len(words)
         drawing = Figure(figsize=(WIDTH, ROW * rows + top), layout="constrained")
         parts: Any = drawing.subfigures(2, 1, height_ratios=(top, ROW * rows))
         head, body = parts
-        head.text(0.012, 1.0 - 0.1 / top, title[0], weight="bold", fontsize=11.0, va="top")
+        head.text(0.012, 1.0 - 0.1 / top, literal(title[0]), weight="bold", fontsize=11.0, va="top")
         head.text(0.012, 1.0 - 0.32 / top, "\n".join(words), fontsize=8.5, va="top", linespacing=1.3)
         handles = [
             Line2D([], [], color=colour, linewidth=2.0, label=axis) for axis, colour in zip("xyz", AXES, strict=True)

@@ -5,6 +5,7 @@ from typing import Any
 
 from spherical_wrist.experiment.description import PARTS, Experiment
 from spherical_wrist.parameters import Member, matters, unit_of
+from spherical_wrist.plain_text import markdown
 from spherical_wrist.recording.metrics_text import is_zero, table, text, words
 
 FIRST = ("law", "reference", "disturbance", "mass_scale", "payload", "seed")
@@ -33,7 +34,7 @@ def experiment_text(description: Mapping[str, Any]) -> str:
         if isinstance(value, Mapping) and "name" in value:
             _add_part(key, value, rows, details)
         elif value is not None and (key == "seed" or not is_zero(value)):
-            rows.append((words(key), f"{text(value)} {unit(key, description)}".strip()))
+            rows.append((markdown(words(key)), f"{markdown(text(value))} {unit(key, description)}".strip()))
     return table(("experiment", ""), rows) + "\n\n" + table(("parameters", ""), details)
 
 
@@ -60,7 +61,7 @@ def _member(key: str, part: Any) -> type[Member] | None:
 
 def _add_part(key: str, part: Mapping[str, Any], rows: list[tuple[str, str]], details: list[tuple[str, str]]) -> None:
     """Add a part to the table of the experiment, its parameters to the other table, unless there is room beside it."""
-    name, entries = part["name"], list(_entries(key, part))
+    name, entries = markdown(part["name"]), list(_entries(key, part))
     if key == "disturbance":
         rows.append((words(key), ", ".join([f"**{name}**", *(f"{entry} {value}" for entry, value in entries)])))
     elif not hasattr(PARTS.get(key), "ideal") or name != "ideal":
@@ -81,8 +82,8 @@ def _entries(key: str, part: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
             continue
         if faults and (is_zero(value) or _is_usual_choice(family, name, value)):
             continue
-        label = words(name) if faults or key == "disturbance" else name
-        yield label, f"{text(value)} {unit(f'{key}.{name}', {key: part})}".strip()
+        label = markdown(words(name) if faults or key == "disturbance" else name)
+        yield label, f"{markdown(text(value))} {unit(f'{key}.{name}', {key: part})}".strip()
 
 
 def _is_usual_choice(family: type[Member] | None, name: str, value: Any) -> bool:

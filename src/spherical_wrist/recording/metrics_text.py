@@ -3,6 +3,7 @@
 from collections.abc import Iterator, Mapping, Sequence
 
 from spherical_wrist.measure.metrics import METRICS, Metric
+from spherical_wrist.plain_text import markdown
 from spherical_wrist.recording.layout import JSON
 
 _SPELLED = {"rms": "RMS", "Nm": "N·m", "com": "CoM"}
@@ -21,7 +22,7 @@ def metrics_text(properties: Mapping[str, Mapping[str, JSON]], rows: int, every:
     if "status" in outcome:
         time = outcome.get("time_s")
         at = f" at {time:.6g} s" if isinstance(time, int | float) else ""
-        lines = [f"**{outcome['status']}**{at}", str(outcome.get("reason") or "")]
+        lines = [f"**{markdown(str(outcome['status']))}**{at}", markdown(str(outcome.get("reason") or ""))]
     figures = properties.get("metrics", {})
     metrics = [(each.label, _metric(each, figures[name])) for name, each in METRICS.items() if name in figures]
     which = "every control instant" if every == 1 else f"every {every}th control instant"

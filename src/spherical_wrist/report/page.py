@@ -9,6 +9,7 @@ from typing import Any
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from spherical_wrist.measure.metrics import METRICS
+from spherical_wrist.plain_text import visible
 from spherical_wrist.report import parts
 from spherical_wrist.report.findings import Curves
 from spherical_wrist.report.pictures import Picture, against_parameter, bars, distribution, exceedance, look
@@ -41,6 +42,7 @@ def page(summary: Mapping[str, Any], curves: Curves) -> str:
     environment = Environment(
         loader=PackageLoader("spherical_wrist.report"),
         autoescape=True,
+        finalize=lambda value: visible(value) if isinstance(value, str) else value,
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,

@@ -13,6 +13,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter
 
 from spherical_wrist.measure.metrics import METRICS
+from spherical_wrist.plain_text import literal
 from spherical_wrist.report.table import FIGURES
 
 COLOURS = ("#2f8fd0", "#e0731a", "#2aa876", "#c55fa3", "#8a7be0", "#a8952a", "#d65454", "#7f8c97")
@@ -114,8 +115,8 @@ def against_parameter(
     if not panel.lines:
         return _finished(drawing, caption)
     if places:
-        panel.set_xticks(list(places.values()), [_shortened(str(value)) for value in places])
-    panel.set(yscale="log", xlabel=name)
+        panel.set_xticks(list(places.values()), [literal(_shortened(str(value))) for value in places])
+    panel.set(yscale="log", xlabel=literal(name))
     error = METRICS[FIGURES["error"]]
     panel.set_ylabel(error.heading_and_unit if len(bands) == 1 else f"{error.heading} [× median of the law]")
     _few_ticks(panel.yaxis, panel.get_ylim())
@@ -135,7 +136,7 @@ def bars(rows: Sequence[Mapping[str, Any]], colour: str, caption: str) -> Pictur
         text = "" if row["spearman"] is None else f"{row['spearman']['value']:+.2f}".replace("-", "−")
         panel.text(1.19, place, text, va="center", ha="right", fontsize=8.5, color=INK)
     panel.text(1.19, -0.75, "ρ", va="center", ha="right", fontsize=8.5, color=INK)
-    panel.set_yticks(range(len(shown)), [row["parameter"] for row in shown])
+    panel.set_yticks(range(len(shown)), [literal(row["parameter"]) for row in shown])
     panel.set(xlim=(0.0, 1.2), ylim=(len(shown) - 0.4, -1.1), xlabel="share of the variance of log error")
     panel.set_xticks([0.0, 0.25, 0.5, 0.75, 1.0], ["0", "25 %", "50 %", "75 %", "100 %"])
     panel.spines["bottom"].set_bounds(0.0, 1.0)

@@ -13,6 +13,7 @@ from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter
 
 from spherical_wrist.comparison.picture import BEATEN, FAILED, FRONT, LABEL_SIZE, STYLE
 from spherical_wrist.measure.metrics import METRICS
+from spherical_wrist.plain_text import literal
 
 MARKERS = {"precise": "^", "calm": "s"}
 WORDS = {"precise": "more precise", "calm": "calmer"}
@@ -32,7 +33,7 @@ def front_picture(table: Mapping[str, Any]) -> Figure:
         left, right = drawing.subplots(1, 2, width_ratios=(3.0, 2.0))
         _front(left, table)
         _gains(right, table)
-        law, cases = table["law"]["name"].replace("_", " "), len(table["cases"])
+        law, cases = literal(table["law"]["name"].replace("_", " ")), len(table["cases"])
         right.legend(handles=_legend(), fontsize=LABEL_SIZE, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2)
         drawing.suptitle(f"{law}: {table['trials']} sets of gains, each on {cases} cases", fontsize=10)
     return drawing
