@@ -379,3 +379,13 @@ def test_without_gymnasium_there_is_advice(monkeypatch):
     monkeypatch.setitem(sys.modules, "gymnasium.envs", None)
     with pytest.raises(WristError, match=r"pip install 'spherical-wrist\[gym\]'"):
         register()
+
+
+def test_an_option_of_reset_that_there_is_not_is_refused():
+    """It would be ignored: the episode would begin as usual."""
+    with pytest.raises(WristError, match=r"unknown option 'mass_scale'"):
+        make(experiment=SHORT).reset(options={"mass_scale": 2.0})
+    together = gymnasium.make_vec(TRACK, 2, experiment=SHORT)
+    with pytest.raises(WristError, match=r"unknown option 'masks'.*'reset_mask'"):
+        together.reset(options={"masks": [True, False]})
+    assert make(experiment=SHORT).reset(options={})

@@ -65,12 +65,25 @@ def seeds_of(seed: Any, count: int) -> list[int | None]:
     return seeds
 
 
+def check_options(options: Mapping[str, Any] | None, *known: str) -> None:
+    """Check the options of a reset: one that is not known would be ignored.
+
+    Raises:
+        ParameterError: there is another one than those that are known.
+    """
+    for name in options or {}:
+        if name not in known:
+            advice = f"the only one is {', '.join(map(repr, known))}" if known else "a reset has none; see make(...)"
+            raise ParameterError(f"reset(options=...): unknown option {name!r}: {advice}")
+
+
 def mask_of(options: Mapping[str, Any] | None, count: int) -> npt.NDArray[np.bool_]:
     """Return the mask of environments to reset: ``reset_mask``, or all.
 
     Raises:
-        ParameterError: the mask has not one boolean for each environment, or none of them is true.
+        ParameterError: there is another option, the mask has not one boolean for each environment, or none is true.
     """
+    check_options(options, "reset_mask")
     mask = (options or {}).get("reset_mask")
     if mask is None:
         return np.ones(count, dtype=np.bool_)

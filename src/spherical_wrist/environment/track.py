@@ -13,7 +13,7 @@ from gymnasium.utils import EzPickle
 
 from spherical_wrist.environment.episode_batch import EpisodeBatch
 from spherical_wrist.environment.rendering import EnvironmentRenderer
-from spherical_wrist.environment.spaces import action_space, observation_space, render_mode_of
+from spherical_wrist.environment.spaces import action_space, check_options, observation_space, render_mode_of
 from spherical_wrist.environment.task import Task
 from spherical_wrist.experiment.description import Experiment
 
@@ -93,8 +93,10 @@ class TrackEnv(gymnasium.Env[npt.NDArray[Any], npt.NDArray[Any]], EzPickle):
         """Begin an episode. There are no options.
 
         Raises:
+            ParameterError: there is an option.
             WristError: the drawn values give no valid experiment.
         """
+        check_options(options)
         super().reset(seed=seed)
         self.experiment, drawn = self._task.episode(self.np_random)
         batch = self._batch

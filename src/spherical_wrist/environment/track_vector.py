@@ -104,7 +104,7 @@ class TrackVectorEnv(VectorEnv[Array, npt.NDArray[Any], npt.NDArray[Any]], EzPic
             options: ``reset_mask``, or nothing.
 
         Raises:
-            ParameterError: the number of seeds is not ``num_envs``, or the mask is not valid.
+            ParameterError: the number of seeds is not ``num_envs``, the mask is not valid, or there is another option.
             WristError: the drawn values give no valid experiment.
         """
         mask = mask_of(options, self.num_envs)
