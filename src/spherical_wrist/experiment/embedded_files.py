@@ -137,10 +137,9 @@ class EmbeddedFiles(NamedTuple):
         if "model" in self.places:
             model = folder / self.places["model"]
             check_confined(model, folder)
-            usual = description.get("model") is None and list(model_files(default_model()).values())
-            return (
-                None if usual == [content for path, content in self.files.items() if _is_of("model", path)] else model
-            )
+            carried = [content for path, content in self.files.items() if _is_of("model", path)]
+            default = description.get("model") is None and carried == list(model_files(default_model()).values())
+            return None if default else model
         if description.get("model") is not None:
             raise RecordingError(f"it names the model {one_line(description['model'], 120)!r}, and does not carry it")
         return None

@@ -4,11 +4,12 @@ from collections.abc import Iterable, Mapping
 from math import isfinite
 from typing import NamedTuple
 
+from spherical_wrist.channels import XYZ
 from spherical_wrist.control import Law
 from spherical_wrist.errors import ParameterError, UnknownNameError, WristError
 from spherical_wrist.parameters import is_gain, matters, unit_of
 
-AXES = ("x", "y", "z")
+AXES = XYZ
 FACTOR = 4.0
 """Factor from the default to the ends of a range that is not given."""
 
