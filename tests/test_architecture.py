@@ -17,7 +17,7 @@ from spherical_wrist.compat.libmujoco import address_of
 
 ROOT = Path(spherical_wrist.__file__).parent
 LEVELS = (
-    {"errors", "channels", "consent", "plain_text", "versions", "so3"},
+    {"errors", "channels", "consent", "plain_text", "picture_file", "versions", "so3"},
     {"files", "folder_lock", "compat"},
     {"parameters", "user_file", "wrist"},
     {"dynamics", "kinematics", "fuzzy", "reference", "disturbance", "sensing", "actuation"},
@@ -50,7 +50,7 @@ ROOMS_OF_LIBRARY = {
     "av": {"film"},
     "PIL": {"film"},
     "gymnasium": {"environment"},
-    "matplotlib": {"fuzzy", "inspection", "film", "paper", "comparison", "tuning", "report"},
+    "matplotlib": {"picture_file", "fuzzy", "inspection", "film", "paper", "comparison", "tuning", "report"},
 }
 """Libraries that only these rooms import."""
 PRIVATE = ("rerun_bindings", "rerun.error_utils", "rerun.experimental", "distributed.core", "distributed.comm.core")

@@ -3,6 +3,7 @@
 import json
 import xml.etree.ElementTree as ET
 from dataclasses import replace
+from itertools import combinations
 from pathlib import Path
 
 import numpy as np
@@ -38,13 +39,11 @@ def fuzzy():
 
 def titles(drawing):
     """Return the titles above every panel, left and right."""
-    panels = [panel for part in drawing.subfigs[1].subfigs for panel in part.axes]
-    return {panel.get_title(loc="left"): panel.get_title(loc="right") for panel in panels}
+    return {panel.get_title(loc="left"): panel.get_title(loc="right") for panel in drawing.axes}
 
 
 def panel_of(drawing, title):
-    panels = [panel for part in drawing.subfigs[1].subfigs for panel in part.axes]
-    return next(panel for panel in panels if panel.get_title(loc="left") == title)
+    return next(panel for panel in drawing.axes if panel.get_title(loc="left") == title)
 
 
 # curves
@@ -131,9 +130,13 @@ def test_the_sheet_has_what_the_law_has(fuzzy):
     fixed = titles(run_picture(run(law="sliding_mode"), ["title"]))
     assert "Slope of the surface" not in fixed
     assert "λ = 100 1/s" in fixed["Sliding surface"]
-    real = titles(run_picture(run(sensing="realistic", actuation="realistic"), ["title"]))
-    assert {"Sensors: from true to measured attitude", "Motors: delivered − commanded torque"} < set(real)
-    assert "wide: commanded" in real["Torque"]
+    real = run_picture(run(sensing="realistic", actuation="realistic"), ["title", "conditions"])
+    assert {"Sensors: from true to measured attitude", "Motors: delivered − commanded torque"} < set(titles(real))
+    real.draw_without_rendering()
+    boxes = [panel.get_tightbbox() for panel in real.axes] + [text.get_window_extent() for text in real.texts]
+    assert all(real.bbox.containsx(box.x0) and real.bbox.containsx(box.x1) for box in boxes)
+    assert not [(a, b) for a, b in combinations(boxes, 2) if a.overlaps(b)]
+    assert "wide: commanded" in titles(real)["Torque"]
 
 
 def test_the_line_of_the_portrait_is_where_the_surface_is_zero():
@@ -181,7 +184,7 @@ def test_the_svg_of_a_long_run_is_small_well_formed_and_the_same_every_time():
 @pytest.mark.parametrize("rows", [1, 3])
 def test_a_few_rows_and_a_divergence_can_be_drawn(fuzzy, rows):
     few = replace(fuzzy, channels=fuzzy.rows(slice(0, rows)).channels)
-    run_picture(few, ["title"]).draw_without_rendering()
+    assert as_image(run_picture(few, ["title"]), Path("a.svg"))
     lost = few.error.copy()
     lost[-1] = [np.nan, 1e300, np.inf]
     torque = np.full_like(few.torque, np.nan)

@@ -1,6 +1,5 @@
 """Picture of a comparison: error against chattering."""
 
-import io
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
@@ -11,6 +10,7 @@ from matplotlib.lines import Line2D
 
 from spherical_wrist.comparison.report import CHATTERING, ERROR
 from spherical_wrist.measure.metrics import METRICS
+from spherical_wrist.picture_file import picture_bytes
 from spherical_wrist.plain_text import literal
 
 FRONT, BEATEN, FAILED = "#0072b2", "#7f7f7f", "#d55e00"
@@ -145,10 +145,4 @@ def spread_apart(wanted: list[float], gap: float) -> list[float]:
 
 def as_files(drawing: Figure, name: str) -> dict[str, bytes]:
     """Return the files of a picture by name: PNG with 200 dots per inch, and reproducible SVG."""
-    files = {}
-    for kind in ("png", "svg"):
-        content = io.BytesIO()
-        with mpl.rc_context(STYLE):
-            drawing.savefig(content, format=kind, dpi=200, metadata={"Date": None} if kind == "svg" else None)
-        files[f"{name}.{kind}"] = content.getvalue()
-    return files
+    return {f"{name}.{kind}": picture_bytes(drawing, kind, STYLE) for kind in ("png", "svg")}

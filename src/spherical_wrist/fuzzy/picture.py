@@ -4,7 +4,6 @@ Only this file of the room imports matplotlib, and only when a picture is drawn.
 nothing global is changed, and no screen is needed.
 """
 
-import io
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -19,6 +18,7 @@ from spherical_wrist.fuzzy.mamdani import Mamdani
 from spherical_wrist.fuzzy.rules import Inference
 from spherical_wrist.fuzzy.takagi_sugeno import Sugeno
 from spherical_wrist.fuzzy.variable import Variable
+from spherical_wrist.picture_file import picture_bytes
 
 FORMATS = (".png", ".svg", ".pdf")
 _STYLE: dict[Any, Any] = {
@@ -43,12 +43,7 @@ class Picture(NamedTuple):
 
     def content(self, kind: str) -> bytes:
         """Return the drawing as a file of a kind, such as ``"svg"``; the same rule base makes the same bytes."""
-        import matplotlib as mpl
-
-        content = io.BytesIO()
-        with mpl.rc_context(_STYLE):
-            self.figure.savefig(content, format=kind, dpi=160, metadata={"Date": None} if kind == "svg" else None)
-        return content.getvalue()
+        return picture_bytes(self.figure, kind, _STYLE, dpi=160)
 
 
 def picture(

@@ -1,10 +1,8 @@
 """Style of the pictures of recordings, and their conversion to files; without a screen or global state."""
 
-import io
 from pathlib import Path
 from typing import Any
 
-import matplotlib as mpl
 import numpy as np
 import numpy.typing as npt
 from matplotlib.axes import Axes
@@ -13,6 +11,7 @@ from matplotlib.ticker import Locator, LogLocator, MaxNLocator, NullFormatter
 
 from spherical_wrist.inspection.curves import BINS, drawable, telling_rows, view
 from spherical_wrist.inspection.formats import IMAGES, check_suffix
+from spherical_wrist.picture_file import picture_bytes
 
 Array = npt.NDArray[np.float64]
 
@@ -50,10 +49,7 @@ def as_image(drawing: Figure, path: Path) -> bytes:
         ParameterError: the name of the file ends in something else.
     """
     check_suffix(path, "picture", IMAGES)
-    kind, content = path.suffix.lower().removeprefix("."), io.BytesIO()
-    with mpl.rc_context(STYLE):
-        drawing.savefig(content, format=kind, dpi=200, metadata={"Date": None} if kind == "svg" else None)
-    return content.getvalue()
+    return picture_bytes(drawing, path.suffix.lower().removeprefix("."), STYLE)
 
 
 def figure(value: float | None, unit: str = "") -> str:

@@ -5,7 +5,6 @@ Panels of channels that have no place of their own fill the shorter column.
 
 import textwrap
 from collections.abc import Sequence
-from typing import Any
 
 import matplotlib as mpl
 from matplotlib.axes import Axes
@@ -20,8 +19,12 @@ from spherical_wrist.loop.outcome import Status
 from spherical_wrist.plain_text import literal
 from spherical_wrist.simulation.run import Run
 
-ROW, WIDTH = 1.5, 11.0
-"""Height of a panel and width of the sheet [in]."""
+ROW, WIDTH = 1.48, 11.0
+"""Height of a panel with its title, and width of the sheet [in]."""
+COLUMNS = ((0.74, 5.28), (6.94, 4.0))
+"""Left end and width of the panels of both columns [in]."""
+ABOVE, BELOW, LAST = 0.34, 0.07, 0.45
+"""Space of a panel's title; below a panel, and below one with its own horizontal axis [in]."""
 
 
 def run_picture(run: Run, title: Sequence[str]) -> Figure:
@@ -36,28 +39,46 @@ def run_picture(run: Run, title: Sequence[str]) -> Figure:
     excess = 3 + len(hardware) - len(motion)
     split = min(max((len(other) + excess) // 2, 0), len(other))
     motion, hardware = [*motion, *other[:split]], [*hardware, *other[split:]]
-    rows = max(len(motion), 3 + len(hardware))
+    words = [part for text in title[1:] for part in textwrap.wrap(literal(text), 150)]
+    top = 0.34 + 0.17 * len(words)
+    body = ROW * max(len(motion), 3 + len(hardware)) + LAST
     with mpl.rc_context(STYLE):
-        words = [part for text in title[1:] for part in textwrap.wrap(literal(text), 150)]
-        top = 0.34 + 0.17 * len(words)
-        drawing = Figure(figsize=(WIDTH, ROW * rows + top), layout="constrained")
-        parts: Any = drawing.subfigures(2, 1, height_ratios=(top, ROW * rows))
-        head, body = parts
-        head.text(0.012, 1.0 - 0.1 / top, literal(title[0]), weight="bold", fontsize=11.0, va="top")
-        head.text(0.012, 1.0 - 0.32 / top, "\n".join(words), fontsize=8.5, va="top", linespacing=1.3)
+        drawing = Figure(figsize=(WIDTH, top + body))
+        height = top + body
+        drawing.text(0.012, 1.0 - 0.1 / height, literal(title[0]), weight="bold", fontsize=11.0, va="top")
+        drawing.text(0.012, 1.0 - 0.32 / height, "\n".join(words), fontsize=8.5, va="top", linespacing=1.3)
         handles = [
             Line2D([], [], color=colour, linewidth=2.0, label=axis) for axis, colour in zip("xyz", AXES, strict=True)
         ]
-        head.legend(handles=handles, loc="upper right", ncols=3)
-        left, right = body.subfigures(1, 2, width_ratios=(1.25, 1.0))
-        over_time(left.subplots(len(motion), 1, sharex=True, squeeze=False)[:, 0], motion, run)
-        share = (rows - len(hardware)) / 3.0
-        heights = [share] * 3 + [1.0] * len(hardware)
-        panels = right.subplots(len(heights), 1, squeeze=False, gridspec_kw={"height_ratios": heights})[:, 0]
+        drawing.legend(handles=handles, loc="upper right", ncols=3)
+        over_time(_column(drawing, COLUMNS[0], [BELOW] * len(motion), body), motion, run)
+        panels = _column(drawing, COLUMNS[1], [LAST] * 3 + [BELOW] * len(hardware), body)
         for axis, panel in enumerate(panels[:3]):
             portrait(panel, run, axis)
         over_time(panels[3:], hardware, run)
     return drawing
+
+
+def _column(drawing: Figure, place: tuple[float, float], below: Sequence[float], body: float) -> list[Axes]:
+    """Add panels of equal height below each other, which fill the body of a drawing down to the last one's axis.
+
+    The places are computed here because to find them, Matplotlib's layout engines draw everything several times.
+
+    Args:
+        drawing: the drawing.
+        place: left end and width [in].
+        below: space below each panel; the last one gets that of an axis in any case [in].
+        body: height of the drawing without its title [in].
+    """
+    width, whole = drawing.get_size_inches()
+    spaces = [*below[:-1], LAST]
+    height = (body - ABOVE * len(spaces) - sum(spaces)) / len(spaces)
+    panels, bottom = [], body
+    for space in spaces:
+        bottom -= ABOVE + height
+        panels.append(drawing.add_axes((place[0] / width, bottom / whole, place[1] / width, height / whole)))
+        bottom -= space
+    return panels
 
 
 def over_time(axes: Sequence[Axes], panels: Sequence[Panel], run: Run) -> None:

@@ -1,6 +1,5 @@
 """Pictures of a page, as inline SVG in the colours and the font of the page, readable in light and dark mode."""
 
-import io
 import re
 from collections.abc import Mapping, Sequence
 from math import isinf, nan
@@ -13,6 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter
 
 from spherical_wrist.measure.metrics import METRICS
+from spherical_wrist.picture_file import picture_bytes
 from spherical_wrist.plain_text import literal
 from spherical_wrist.report.table import FIGURES
 
@@ -172,10 +172,7 @@ def _new(height: float = HEIGHT) -> tuple[Figure, Axes]:
 
 
 def _finished(drawing: Figure, caption: str) -> Picture:
-    content = io.StringIO()
-    with mpl.rc_context(STYLE):
-        drawing.savefig(content, format="svg", transparent=True, metadata={"Date": None})
-    return Picture(inline(content.getvalue(), caption), caption)
+    return Picture(inline(picture_bytes(drawing, "svg", STYLE, transparent=True).decode(), caption), caption)
 
 
 def inline(text: str, label: str) -> str:

@@ -1,6 +1,5 @@
 """Figures 1 and 2 of the paper: trajectory following, and disturbance rejection."""
 
-import io
 from typing import Any
 
 import matplotlib as mpl
@@ -13,6 +12,7 @@ from spherical_wrist.control import FuzzySlidingComputedTorque
 from spherical_wrist.fuzzy.picture import picture
 from spherical_wrist.paper.evaluation.runs import Case, Evaluation
 from spherical_wrist.paper.evaluation.setting import BASELINE, MAIN, PLAIN, PROPOSED, SMOOTH
+from spherical_wrist.picture_file import picture_bytes
 from spherical_wrist.simulation.run import Run
 
 LOOK: dict[str, dict[str, Any]] = {
@@ -70,12 +70,10 @@ def figure_2(found: Evaluation) -> Figure:
 
 def files(found: Evaluation) -> dict[str, bytes]:
     """Draw both figures and a picture of the rule base as PNG and SVG, keyed by file name."""
-    contents = {}
-    for name, drawing in (("figure-1", figure_1(found)), ("figure-2", figure_2(found))):
-        for kind in KINDS:
-            content = io.BytesIO()
-            drawing.savefig(content, format=kind, dpi=200, metadata={"Date": None} if kind == "svg" else None)
-            contents[f"{name}.{kind}"] = content.getvalue()
+    drawings = {"figure-1": figure_1(found), "figure-2": figure_2(found)}
+    contents = {
+        f"{name}.{kind}": picture_bytes(drawing, kind, STYLE) for name, drawing in drawings.items() for kind in KINDS
+    }
     rules = picture(FuzzySlidingComputedTorque().tuner.system())
     return contents | {f"rules.{kind}": rules.content(kind) for kind in KINDS}
 
