@@ -2,15 +2,17 @@
 
 import numpy as np
 import pytest
-from scipy.signal import periodogram
+from scipy.signal import chirp, periodogram
+from scipy.stats import kstest
 
 from rigs import one_line
-from spherical_wrist.disturbance import Constant, Disturbance, Noise, Pulse, Sinusoid
+from spherical_wrist.disturbance import Chirp, Constant, Disturbance, Noise, Pulse, Sinusoid, Square, Steps, Tremor
 from spherical_wrist.errors import ParameterError
 from spherical_wrist.parameters import unit_of
 
 every = pytest.mark.parametrize("member", Disturbance.members.values(), ids=lambda member: member.name)
 TIMES = np.arange(20_000) * 1e-3
+RANDOM = {Noise, Steps, Tremor}
 
 
 def torque(disturbance, peak=0.02, seed=1, time=TIMES):
@@ -18,7 +20,7 @@ def torque(disturbance, peak=0.02, seed=1, time=TIMES):
 
 
 def test_the_known_shapes_are_there():
-    assert {"constant", "sinusoid", "pulse", "noise"} <= set(Disturbance.members)
+    assert {"constant", "sinusoid", "square", "chirp", "steps", "pulse", "noise", "tremor"} <= set(Disturbance.members)
 
 
 @every
@@ -59,7 +61,7 @@ def test_is_a_function_of_time_alone(member):
 def test_the_seed_decides(member):
     same, again = torque(member(), seed=7), torque(member(), seed=7)
     assert np.array_equal(same, again)
-    assert np.array_equal(same, torque(member(), seed=8)) == (member is not Noise)
+    assert np.array_equal(same, torque(member(), seed=8)) == (member not in RANDOM)
 
 
 def test_only_random_shapes_draw_from_the_generator():
@@ -67,7 +69,7 @@ def test_only_random_shapes_draw_from_the_generator():
     for member in Disturbance.members.values():
         random = np.random.default_rng(0)
         member().torque(1.0, random)
-        assert (random.random() == np.random.default_rng(0).random()) == (member is not Noise)
+        assert (random.random() == np.random.default_rng(0).random()) == (member not in RANDOM)
 
 
 def test_constant_is_constant_on_every_axis():
@@ -101,6 +103,54 @@ def test_pulse_longer_than_its_period_stays_on():
     on = torque(Pulse(amplitude=1.0, start=1.0, width=3.0, period=2.0))
     assert not on[:1000].any()
     assert on[1000:].all()
+
+
+@pytest.mark.parametrize("step", [1e-3, 1e-4, 1.25e-4])
+def test_square_changes_its_sign_exactly_on_samples(step):
+    """The sign of the first half of every period, counted in whole samples; of other numbers, that of the sine."""
+    k = np.arange(round(3.0 / step))
+    half = round(0.1 / step)
+    wave = torque(Square(amplitude=1.0, frequency=5.0, phase=(0.0, np.pi, np.pi / 2.0)), time=k * step)
+    for column, shift in zip(wave.T, (0, half, half // 2), strict=True):
+        assert np.array_equal(column, np.where(((k + shift) // half) % 2 == 0, 1.0, -1.0))
+    awkward = torque(Square(amplitude=1.0, frequency=7.3, phase=1.1))[:, 0]
+    sine = np.sin(2.0 * np.pi * 7.3 * TIMES + 1.1)
+    clear = np.abs(sine) > 1e-6
+    assert np.array_equal(awkward[clear], np.sign(sine[clear]))
+
+
+def test_chirp_has_equal_times_for_equal_ratios_of_frequency_and_begins_anew():
+    """SciPy's logarithmic chirp, sweep after sweep; its instantaneous frequency doubles in length / log2(ratio)."""
+    wave = torque(Chirp(amplitude=1.0, start=0.5, final=40.0, length=8.0, phase=(0.0, 0.4, -1.0)))
+    since = np.mod(np.arange(len(TIMES)), 8000) * 1e-3
+    for column, phase in zip(wave.T, (0.0, 0.4, -1.0), strict=True):
+        expected = chirp(since, 0.5, 8.0, 40.0, method="logarithmic", phi=np.rad2deg(phase) - 90.0)
+        np.testing.assert_allclose(column, expected, atol=1e-7)
+    steady = torque(Chirp(amplitude=1.0, start=3.0, final=3.0))
+    np.testing.assert_allclose(steady[:8000, 0], np.sin(6.0 * np.pi * TIMES[:8000]), atol=1e-10)
+
+
+def test_steps_are_uniform_independent_levels_held_for_their_time():
+    held = 50
+    wave = torque(Steps(amplitude=1.0, hold=0.05), time=np.arange(100_000) * 1e-3).reshape(-1, held, 3)
+    assert (wave == wave[:, :1]).all()
+    levels = wave[:, 0]
+    assert len(np.unique(levels)) == levels.size  # nothing repeats, also not after a block
+    for column in levels.T:
+        assert kstest(column, "uniform", (-1.0, 2.0)).pvalue > 1e-3
+    pairs = np.hstack([levels[1:], levels[:-1]])
+    assert np.abs(np.corrcoef(pairs.T) - np.eye(6)).max() < 0.1
+
+
+def test_tremor_has_unit_rms_in_its_band_and_nothing_outside():
+    wave = torque(Tremor(amplitude=1.0, low=8.0, high=12.0), seed=5, time=SLOW)
+    np.testing.assert_allclose(np.sqrt(np.mean(wave**2, axis=0)), 1.0, rtol=0.05)
+    frequency, power = periodogram(wave, fs=100.0, window="blackmanharris", axis=0, scaling="density")
+    total = power.sum(axis=0)
+    assert (power[(frequency < 7.9) | (frequency > 12.1)].sum(axis=0) / total).max() < 1e-6
+    for low in (8.0, 9.0, 10.0, 11.0):
+        share = power[(frequency >= low) & (frequency < low + 1.0)].sum(axis=0) / total
+        np.testing.assert_allclose(share, 0.25, atol=0.05)
 
 
 SLOW = np.arange(40_000) * 1e-2
@@ -155,6 +205,10 @@ def test_every_parameter_is_documented(member):
         (lambda: Pulse(start=np.nan), "start"),
         (lambda: Noise(bandwidth=np.inf), "bandwidth"),
         (lambda: Noise(bandwith=5.0), "bandwidth"),
+        (lambda: Square(frequency=0.0), "frequency"),
+        (lambda: Chirp(final=-1.0), "final"),
+        (lambda: Steps(hold=0.0), "hold"),
+        (lambda: Tremor(low=12.0, high=8.0), "low = 12 Hz must be less than high = 8 Hz"),
         (lambda: Sinusoid(phase=(1.0, 2.0)), "three"),
     ],
 )
