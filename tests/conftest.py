@@ -1,5 +1,6 @@
 """Fixtures that every test may use."""
 
+import gc
 import os
 import signal
 import subprocess
@@ -64,6 +65,16 @@ def pytest_collection_modifyitems(config, items):
         return
     slow = {item.path for item in items if item.get_closest_marker("slow")}
     items.sort(key=lambda item: (item.path not in slow, item.get_closest_marker("slow") is None))
+
+
+def pytest_collection_finish(session):
+    """Keep the collector of garbage from going through all modules and tests again and again."""
+    gc.freeze()
+
+
+def pytest_unconfigure(config):
+    """Let what was kept be freed, which some modules check at the end."""
+    gc.unfreeze()
 
 
 @pytest.fixture(scope="session")

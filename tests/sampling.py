@@ -1,14 +1,26 @@
-"""The switch of the long tests: a sample of each runs by default, all of it with WRIST_THOROUGH=1.
+"""The switch of the long tests: a sample of each kind runs by default, all of it with WRIST_THOROUGH=1.
 
 WRIST_THOROUGH=20 runs all of it, with twenty times as many random moments and examples.
 """
 
 import os
+from collections.abc import Iterable
+from typing import Any
+
+import pytest
 
 THOROUGH = int(os.environ.get("WRIST_THOROUGH") or 0)
 """0 for a sample; otherwise the multiple of random moments and examples."""
+
+long = pytest.mark.skipif(not THOROUGH, reason="long; WRIST_THOROUGH=1 runs it")
+"""Mark of a test of which a shorter one of the same kind always runs."""
 
 
 def count(sample: int, whole: int) -> int:
     """Return how many random moments or examples to try."""
     return whole * THOROUGH or sample
+
+
+def some(cases: Iterable[Any], step: int) -> list[Any]:
+    """Return every ``step``-th case, the first one among them; with WRIST_THOROUGH=1, all."""
+    return list(cases)[:: 1 if THOROUGH else step]

@@ -21,7 +21,7 @@ import psutil
 import pytest
 from distributed.cli import dask_scheduler, dask_worker
 
-from sampling import THOROUGH, count
+from sampling import count, long, some
 from spherical_wrist.campaign.cluster import Cluster, Tls, connected, run_all
 from spherical_wrist.campaign.errors import CampaignError
 from spherical_wrist.campaign.folder import Folder, campaign_lock
@@ -226,7 +226,7 @@ def at_work(process):
         time.sleep(0.01)
 
 
-@pytest.mark.parametrize("duration", [0.2, 20.0])
+@pytest.mark.parametrize("duration", some([20.0, 0.2], 2))
 def test_a_worker_is_told_to_end(expected, tmp_path, remote, duration):
     """As at the time limit of a job: another runs the batch that it has begun, also where that would take seconds."""
     text = TEXT if duration == 0.2 else TEXT.replace("0.2", str(duration), 1).replace("150", "10")
@@ -276,7 +276,7 @@ def test_the_scheduler_is_killed(expected, tmp_path, remote):
     assert contents(folder.path) == expected
 
 
-@pytest.mark.skipif(not THOROUGH, reason="a kill of the command is tried above; WRIST_THOROUGH=1 repeats it")
+@long
 @pytest.mark.parametrize("seed", SEEDS)
 def test_the_command_is_killed_again_and_again(expected, tmp_path, seed):
     random = np.random.default_rng([seed, 4])

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from rigs import bits, channel_names, one_line
+from sampling import some
 from spherical_wrist import Experiment, load_recording, record, simulate
 from spherical_wrist.channels import CHANNELS, COMMAND, LOG, Condition, Source
 from spherical_wrist.errors import RecordingError
@@ -244,7 +245,8 @@ def test_recordings_of_format_1_are_read_inspected_exported_and_drawn(path, tmp_
     (header, *rows) = csv.reader(io.StringIO(b"".join(exported(run, Path("run.csv"))).decode()))
     assert (header[0], len(rows)) == ("time_s", len(run))
     assert difference(run, run).same
-    assert as_image(run_picture(run, ["title"]), Path("run.png"))
+    if path in some(OLD, 3):
+        assert as_image(run_picture(run, ["title"]), Path("run.png"))
     record(run, tmp_path / "again.rrd")
     again = read_recording(tmp_path / "again.rrd")
     assert (again.format, bits(again.series)) == (FORMAT, bits(run))

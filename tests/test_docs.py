@@ -14,6 +14,7 @@ from urllib.parse import unquote, urldefrag
 import pytest
 
 import spherical_wrist
+from sampling import long
 from spherical_wrist.actuation import Actuation
 from spherical_wrist.control import Law
 from spherical_wrist.disturbance import Disturbance
@@ -23,7 +24,7 @@ from spherical_wrist.parameters import unit_of
 from spherical_wrist.reference import Reference
 from spherical_wrist.sensing import Sensing
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, long]  # the documentation's build takes half a minute; .ci/run asks for it
 ROOT = Path(__file__).parents[1]
 SOURCES = ROOT / "scripts" / "site"
 

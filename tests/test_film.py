@@ -19,6 +19,7 @@ from PIL import Image
 from scipy.spatial.transform import Rotation, Slerp
 
 from rigs import mjcf, one_line
+from sampling import some
 from spherical_wrist import Experiment, record, simulate
 from spherical_wrist.errors import ParameterError, RecordingError
 from spherical_wrist.film import FilmError, FilmSettings, mp4, render_film, render_picture
@@ -371,17 +372,17 @@ ctypes.CDLL.__init__ = load
 """
 
 
+MISSING = {
+    "no library": (NO_LIBRARY, {}, "libegl1 libgl1-mesa-dri libopengl0"),
+    "no library, and it is asked for": (NO_LIBRARY, {"MUJOCO_GL": "osmesa"}, "apt install libosmesa6"),
+    "no driver": ("", {"__EGL_VENDOR_LIBRARY_DIRS": "/nowhere"}, "libegl1 libgl1-mesa-dri libopengl0"),
+}
+
+
 @pytest.mark.skipif(sys.platform != "linux", reason="these are Linux's libraries")
-@pytest.mark.parametrize(
-    ("broken", "environment", "words"),
-    [
-        (NO_LIBRARY, {}, "libegl1 libgl1-mesa-dri libopengl0"),
-        (NO_LIBRARY, {"MUJOCO_GL": "osmesa"}, "apt install libosmesa6"),
-        ("", {"__EGL_VENDOR_LIBRARY_DIRS": "/nowhere"}, "libegl1 libgl1-mesa-dri libopengl0"),
-    ],
-    ids=["no library", "no library, and it is asked for", "no driver"],
-)
-def test_missing_opengl_is_told_in_one_line(loose, tmp_path, broken, environment, words):
+@pytest.mark.parametrize("missing", some(MISSING, 3))
+def test_missing_opengl_is_told_in_one_line(loose, tmp_path, missing):
+    broken, environment, words = MISSING[missing]
     record(loose, tmp_path / "run.rrd")
     kept = {name: value for name, value in os.environ.items() if name not in GL}
     command = [*WRIST[:2], broken + WRIST[2], "render", "run.rrd", "-o", "a.gif", "--size", "64x64"]
@@ -432,7 +433,7 @@ def worked(process):
     return sum(psutil.Process(process.pid).cpu_times()[:2])
 
 
-@pytest.mark.parametrize(("number", "code"), [(signal.SIGTERM, 143), (signal.SIGINT, 130)])
+@pytest.mark.parametrize(("number", "code"), some([(signal.SIGTERM, 143), (signal.SIGINT, 130)], 2))
 def test_a_film_that_is_stopped_leaves_nothing(loose, tmp_path, number, code):
     record(loose, tmp_path / "run.rrd")
     (tmp_path / "run.mp4").write_text("what was here before")

@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rigs import one_line
+from sampling import count
 from spherical_wrist.errors import ParameterError
 from spherical_wrist.fuzzy import (
     Linear,
@@ -174,7 +175,7 @@ NORMS = list(itertools.product(("min", "product"), ("max", "probabilistic_sum"))
 
 
 @pytest.mark.parametrize(("conjunction", "disjunction"), NORMS)
-@pytest.mark.parametrize("seed", range(10))
+@pytest.mark.parametrize("seed", range(count(3, 10)))
 def test_mamdani_agrees_with_scikit_fuzzys_functions_on_random_rule_bases(seed, conjunction, disjunction):
     """Its membership functions and its centroid, an exact integral: ours are the sums of eq. (32)–(33)."""
     random = np.random.default_rng(100 + seed)

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 import spherical_wrist
+from sampling import some
 from spherical_wrist import Experiment
 from spherical_wrist.cli import completion, main
 from spherical_wrist.comparison.cases import read_cases
@@ -37,7 +38,7 @@ def wrist(capsys, monkeypatch, tmp_path):
     return command
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", some(NAMES, 2))
 def test_examples_run_in_order(name, wrist, tmp_path, capsys, monkeypatch):
     before = set(sys.modules)
     scope, printed = {"__name__": "guide"}, ""

@@ -17,7 +17,7 @@ from queue import SimpleQueue
 import numpy as np
 import pytest
 
-from sampling import count
+from sampling import count, some
 from spherical_wrist.errors import WristError
 from spherical_wrist.inspection import inspect
 
@@ -257,7 +257,7 @@ def test_killed_at_any_moment_the_file_is_whole_or_not_there(servers, calendar, 
     assert hit["write"] + hit["name"]  # short, so that a busy machine decides which of them it is
 
 
-@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
+@pytest.mark.parametrize("number", some([signal.SIGTERM, signal.SIGINT], 2))
 def test_stopped_at_any_moment_the_file_has_what_was_simulated_or_is_not_there(servers, calendar, tmp_path, number):
     def once(item):
         index, moment = item

@@ -15,6 +15,7 @@ from matplotlib.image import imread
 from rerun.experimental import ViewerClient
 
 import needs
+from sampling import some
 from spherical_wrist import Experiment, load_recording, record, simulate
 from spherical_wrist.cli import main
 from spherical_wrist.recording.address import Address, free_port, is_listening
@@ -274,7 +275,9 @@ HASTY = "from spherical_wrist.recording import process; process._GRACE = 0.5; "
 
 @pytest.mark.parametrize(
     ("number", "script"),
-    [(signal.SIGINT, WILLING), (signal.SIGTERM, WILLING), (signal.SIGHUP, WILLING), (signal.SIGTERM, STUBBORN)],
+    some(
+        [(signal.SIGINT, WILLING), (signal.SIGTERM, WILLING), (signal.SIGHUP, WILLING), (signal.SIGTERM, STUBBORN)], 3
+    ),
 )
 def test_a_signal_ends_the_viewer_too(tmp_path, number, script):
     process, viewer = started(tmp_path, script, "--port", free_port(), first=HASTY)

@@ -17,6 +17,7 @@ import pytest
 from matplotlib.image import imread
 
 import needs
+from sampling import some
 from spherical_wrist import Experiment, record, simulate
 from spherical_wrist.errors import ViewerError
 from spherical_wrist.recording.address import free_port, is_listening
@@ -86,7 +87,7 @@ def test_a_port_that_is_taken_is_an_error(recording):
             pass
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("number", some([signal.SIGINT, signal.SIGTERM], 2))
 def test_the_command_prints_the_address_and_ends_with_a_signal(recording, number):
     port = free_port()
     command = [*WRIST, "view", str(recording), "--web", "--no-browser", "--port", str(port)]
