@@ -10,12 +10,12 @@ import numpy as np
 import numpy.typing as npt
 from mujoco import (
     mj_comPos,
-    mj_comVel,
-    mj_crb,
+    mj_flex,
     mj_fullM,
+    mj_fwdVelocity,
     mj_kinematics,
-    mj_passive,
-    mj_rne,
+    mj_makeM,
+    mj_tendon,
 )
 
 from spherical_wrist.so3 import Quaternion, Vector3
@@ -34,6 +34,7 @@ class Nominal(NamedTuple):
         data: MjData, or its address.
         qpos: view of ``data.qpos`` (4,).
         qvel: view of ``data.qvel`` (3,).
+        bias: view of ``data.qfrc_bias`` (3,).
         passive: view of ``data.qfrc_passive`` (3,).
     """
 
@@ -41,6 +42,7 @@ class Nominal(NamedTuple):
     data: Any
     qpos: Array
     qvel: Array
+    bias: Array
     passive: Array
 
 
@@ -52,8 +54,9 @@ def pointer(array: Array) -> Any:
 def evaluate(nominal: Nominal, attitude: Quaternion, rate: Vector3, H: Array, N: Array) -> None:
     """Write H (3, 3) and N (3,) of the nominal model at a state.
 
-    H is ``mj_fullM``. N is ``qfrc_bias`` (Coriolis, centrifugal, gravity) minus ``qfrc_passive`` (damping), so that the
-    torque H ω̇ + N gives the acceleration ω̇.
+    H is ``mj_fullM``: rigid bodies, and armature of joint, motors and tendons. N is ``qfrc_bias`` (Coriolis,
+    centrifugal, gravity) minus ``qfrc_passive`` (springs, dampers, gravity compensation, fluid), so that the torque
+    H ω̇ + N gives the acceleration ω̇ where no constraint is active.
     """
     for i in range(4):
         nominal.qpos[i] = attitude[i]
@@ -61,13 +64,13 @@ def evaluate(nominal: Nominal, attitude: Quaternion, rate: Vector3, H: Array, N:
         nominal.qvel[i] = rate[i]
     mj_kinematics(nominal.model, nominal.data)
     mj_comPos(nominal.model, nominal.data)
-    mj_crb(nominal.model, nominal.data)
-    mj_comVel(nominal.model, nominal.data)
-    mj_passive(nominal.model, nominal.data)
+    mj_flex(nominal.model, nominal.data)
+    mj_tendon(nominal.model, nominal.data)
+    mj_makeM(nominal.model, nominal.data)
+    mj_fwdVelocity(nominal.model, nominal.data)
     mj_fullM(nominal.model, nominal.data, pointer(H))
-    mj_rne(nominal.model, nominal.data, 0, pointer(N))
     for i in range(3):
-        N[i] -= nominal.passive[i]
+        N[i] = nominal.bias[i] - nominal.passive[i]
 
 
 def inverse_dynamics(nominal: Nominal, motion: Any, H: Array, torque: Array) -> None:

@@ -4,7 +4,7 @@ Every error that the package raises on purpose is a :class:`WristError` with a m
 is not an error but an outcome.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from difflib import get_close_matches
 
 
@@ -53,3 +53,9 @@ def one_line(error: object, limit: int = 300) -> str:
     """Return the text of an error, or of anything, in one line of at most ``limit`` characters."""
     text = " ".join(str(error).split()) or type(error).__name__
     return text if len(text) <= limit else text[: limit - 1] + "…"
+
+
+def listed(names: Sequence[str], most: int = 6) -> str:
+    """Return names as in a sentence, "a, b and c"; of a long list only the first ones and the number of the others."""
+    kept = list(names) if len(names) <= most else [*names[: most - 1], f"{len(names) - most + 1} more"]
+    return kept[0] if len(kept) == 1 else f"{', '.join(kept[:-1])} and {kept[-1]}"

@@ -23,6 +23,11 @@ class Perturbation(NamedTuple):
     friction: float = 0.0
     damping: float = 0.0
 
+    @property
+    def moves_mass(self) -> bool:
+        """True if it changes masses or their places."""
+        return self._replace(friction=0.0, damping=0.0) != Perturbation()
+
 
 class Start(NamedTuple):
     """Initial errors of the plant, relative to the reference.

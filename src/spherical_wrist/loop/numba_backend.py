@@ -25,11 +25,11 @@ ARGUMENTS = {
     "mj_step": 2,
     "mj_kinematics": 2,
     "mj_comPos": 2,
-    "mj_crb": 2,
-    "mj_comVel": 2,
-    "mj_passive": 2,
+    "mj_flex": 2,
+    "mj_tendon": 2,
+    "mj_makeM": 2,
+    "mj_fwdVelocity": 2,
     "mj_fullM": 3,
-    "mj_rne": 4,
 }
 """C functions of MuJoCo that compiled code calls, with their number of arguments. All arguments are machine words."""
 
@@ -62,7 +62,7 @@ def _array(kind: npt.DTypeLike) -> Any:
     return types.Array(_record(dtype), 1 if dtype.names else 2, "C")
 
 
-_nominal = types.NamedTuple([types.intp, types.intp, _vector, _vector, _vector], Nominal)
+_nominal = types.NamedTuple([types.intp, types.intp] + [_vector] * (len(Nominal._fields) - 2), Nominal)
 _motion, _log = map(_array, (MOTION, LOG))
 _law = codegen.Address("law", types.void(_record(SIGNAL), _vector, _vector, _record(COMMAND)))
 

@@ -285,7 +285,8 @@ def advance(run: Any, first: int, count: int) -> Progress:
         numbers(parts.state),
         plant_at(plant),
         Nominal(
-            nominal.model, nominal.data, numbers(nominal.qpos), numbers(nominal.qvel), numbers(nominal.passive),
+            nominal.model, nominal.data, numbers(nominal.qpos), numbers(nominal.qvel), numbers(nominal.bias),
+            numbers(nominal.passive),
         ),
         Sensor(records(sensor.settings, SENSOR)[0], table(sensor.history)),
         Drive(

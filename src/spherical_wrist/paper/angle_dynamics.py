@@ -178,6 +178,7 @@ def _check(found: AngleDynamics, model: mujoco.MjModel) -> None:
     """Compare with MuJoCo's inverse dynamics at two states: the model must have no forces that eq. (1) lacks."""
     free = copy(model)
     free.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_LIMIT | mujoco.mjtDisableBit.mjDSBL_CONTACT
+    free.jnt_actgravcomp[:] = 0  # which inverse dynamics would count as a torque of the motors
     data = mujoco.MjData(free)
     angles, rates = np.array([[0.3, -0.5, 0.7], [-0.8, 0.4, 1.9]]), np.array([[7.0, -5.0, 3.0], [-2.0, 6.0, 4.0]])
     for q, v in zip(angles, rates, strict=True):

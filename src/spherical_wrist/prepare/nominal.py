@@ -16,6 +16,25 @@ from spherical_wrist.wrist import Wrist
 
 CHUNK = 8192
 
+OFF = mujoco.mjtDisableBit
+UNKNOWN_TO_CONTROLLER = OFF.mjDSBL_CONSTRAINT | OFF.mjDSBL_CONTACT | OFF.mjDSBL_ACTUATION
+"""Stages that act on the plant alone: constraints and contacts. The motors' torque is the controller's own."""
+
+
+def nominal_model(wrist: Wrist, timestep: float) -> mujoco.MjModel:
+    """Compile a wrist as the controller knows it: its smooth dynamics, without constraints and contacts.
+
+    MuJoCo adds gravity compensation to the passive torque or, with ``actuatorgravcomp``, to that of the actuators. The
+    sum is the same, so here it always counts as passive.
+
+    Raises:
+        ModelError: MuJoCo refuses the model, or cannot step it.
+    """
+    model = physics_model(wrist, timestep)
+    model.opt.disableflags |= UNKNOWN_TO_CONTROLLER
+    model.jnt_actgravcomp[:] = 0
+    return model
+
 
 class NominalModel:
     """Model and data of a nominal wrist, and handles for the loop.
@@ -25,7 +44,7 @@ class NominalModel:
     """
 
     def __init__(self, wrist: Wrist, timing: Timing, engine: Engine) -> None:
-        self._model = physics_model(wrist, timing.physics_period)
+        self._model = nominal_model(wrist, timing.physics_period)
         self._data = mujoco.MjData(self._model)
         # computes the quantities that never change
         mujoco.mj_forward(self._model, self._data)
@@ -35,6 +54,7 @@ class NominalModel:
             engine.handle(self._data),
             self._data.qpos,
             self._data.qvel,
+            self._data.qfrc_bias,
             self._data.qfrc_passive,
         )
 

@@ -10,8 +10,9 @@ from spherical_wrist.wrist import REFUSALS, Wrist
 def physics_model(wrist: Wrist, timestep: float) -> mujoco.MjModel:
     """Compile a wrist for the loop: the same dynamics, without unused work.
 
-    Visual geometry is left out, welded bodies are merged, sensors are not evaluated, and the stages for contacts and
-    constraints are disabled if the model has none. An invalid state is kept: MuJoCo's automatic reset is disabled.
+    Visual geometry is left out, welded bodies are merged unless something acts on one of them, sensors are not
+    evaluated, and the stages for contacts and constraints are disabled if the model has none. An invalid state is kept:
+    MuJoCo's automatic reset is disabled.
 
     Args:
         wrist: plant or nominal wrist.
@@ -33,7 +34,7 @@ def loop_model(spec: mujoco.MjSpec, timestep: float) -> mujoco.MjModel:
         ModelError: MuJoCo refuses the model.
     """
     spec.compiler.discardvisual = True
-    spec.compiler.fusestatic = True
+    spec.compiler.fusestatic = not _acts_on_bodies(spec)
     spec.option.timestep = timestep
     try:
         model = spec.compile()
@@ -44,9 +45,25 @@ def loop_model(spec: mujoco.MjSpec, timestep: float) -> mujoco.MjModel:
     return model
 
 
+def _acts_on_bodies(spec: mujoco.MjSpec) -> bool:
+    """Return True if something acts on single bodies, which then must not be merged with others.
+
+    Gravity compensation and drag depend on the mass of their body, and MuJoCo makes contacts and equality constraints
+    as soft as it suggests.
+    """
+    option = spec.option
+    touching = any(geom.contype or geom.conaffinity for geom in spec.geoms) or spec.pairs or spec.flexes
+    lifted = any(body.gravcomp for body in spec.bodies)
+    return bool(touching or lifted or spec.equalities or option.density or option.viscosity)
+
+
 def disable_unused_stages(model: mujoco.MjModel) -> None:
-    """Disable the stages of a step that a model does not need, and the automatic reset of an invalid state."""
-    off = mujoco.mjtDisableBit
+    """Disable the stages of a step that a model does not need, and the automatic reset of an invalid state.
+
+    Sleep is disabled too: a wrist that MuJoCo lets sleep would not move, whatever its motors do.
+    """
+    off, on = mujoco.mjtDisableBit, mujoco.mjtEnableBit
+    model.opt.enableflags &= ~(on.mjENBL_SLEEP | on.mjENBL_ENERGY | on.mjENBL_FWDINV)
     model.opt.disableflags |= off.mjDSBL_SENSOR | off.mjDSBL_AUTORESET
     touching = bool(model.npair or any(model.geom_contype | model.geom_conaffinity))
     if not touching:

@@ -6,6 +6,9 @@ adds a point mass at the tip. By the parallel-axis theorem the whole has
 
     M = Σ m,   c̄ = Σ m c / M,   J̄ = Σ [J + m (|d|² 1 − d dᵀ)],   d = c − c̄.
 
+MuJoCo's gravity compensation (``gravcomp``) of the plant stays that of the nominal wrist: it stands for a
+counterweight, or for motors, set up for the masses that were known.
+
 These numbers are applied in two ways: written to the description, which is then compiled, or, in a tenth of the time,
 written to a compiled model as principal moments and axes of the whole.
 """
@@ -28,6 +31,11 @@ Array = npt.NDArray[np.float64]
 
 PAYLOAD_DENSITY = 2000.0
 """Density [kg/m³] of the sphere that shows a payload. Its dynamics are those of a point mass."""
+
+OFF = mujoco.mjtDisableBit
+
+WEIGHTLESS = 1e-16
+"""Mass [kg] of a body that only takes up a force; below 10⁻¹⁵ kg MuJoCo computes no drag of it in a fluid."""
 
 SOLREF, SOLIMP = (0.002, 1.0), (0.9999, 0.9999, 0.001, 0.5, 2.0)
 """MuJoCo's friction constraint: the quickest stopping time [s] that is stable at steps of 1 ms, the hardest impedance.
@@ -113,7 +121,12 @@ def perturbed(nominal: Wrist, change: Perturbation) -> Wrist:
 
 
 def perturb_spec(spec: mujoco.MjSpec, nominal: Wrist, parts: RigidParts, change: Perturbation) -> None:
-    """Apply ``change`` to ``spec``, a copy of the description of ``nominal``, whose moving parts are ``parts``."""
+    """Apply ``change`` to ``spec``, a copy of the description of ``nominal``, whose moving parts are ``parts``.
+
+    Raises:
+        ModelError: the model switches off what ``change`` would add.
+    """
+    _check_flags(nominal, change)
     whole = parts.perturbed(change)
     for index, number in enumerate(nominal.moving):
         body = spec.bodies[number]
@@ -131,6 +144,8 @@ def perturb_spec(spec: mujoco.MjSpec, nominal: Wrist, parts: RigidParts, change:
             body.ipos, body.iquat, body.inertia = turn.T @ centre, [1.0, 0.0, 0.0, 0.0], np.zeros(3)
             body.fullinertia = [*np.diag(own), own[0, 1], own[0, 2], own[1, 2]]
             _draw_payload(body, parts.tip, change.payload)
+    if change.moves_mass:
+        _keep_compensation(spec, nominal)
     # these settings would change the explicit inertias again
     spec.compiler.inertiafromgeom = mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_AUTO
     spec.compiler.settotalmass = -1.0
@@ -140,6 +155,37 @@ def perturb_spec(spec: mujoco.MjSpec, nominal: Wrist, parts: RigidParts, change:
     joint.frictionloss = _plus(joint.frictionloss, change.friction)
     if change.friction > 0.0:
         joint.solref_friction, joint.solimp_friction = SOLREF, SOLIMP
+
+
+def _check_flags(nominal: Wrist, change: Perturbation) -> None:
+    """Refuse friction or damping that MuJoCo would ignore, because the model switches off such torques."""
+    flags = nominal.model.opt.disableflags
+    needed = {
+        "friction": {"frictionloss": OFF.mjDSBL_FRICTIONLOSS, "constraint": OFF.mjDSBL_CONSTRAINT},
+        "damping": {"damper": OFF.mjDSBL_DAMPER},
+    }
+    for name, switches in needed.items():
+        off = [flag for flag, bit in switches.items() if flags & bit]
+        if getattr(change, name) and off:
+            raise ModelError(
+                f'{name} = {getattr(change, name):g} would do nothing: the model has <flag {off[0]}="disable"/>; '
+                f"remove it there, or leave {name} at 0"
+            )
+
+
+def _keep_compensation(spec: mujoco.MjSpec, nominal: Wrist) -> None:
+    """Keep the gravity compensation of the nominal wrist: the same forces at the same points of its bodies.
+
+    MuJoCo lifts a body by ``gravcomp`` times its weight, at its centre of mass. Both belong to the plant here, so every
+    such force acts on a body of its own, without weight and with a large factor.
+    """
+    model = nominal.model
+    compensated = [(spec.bodies[number], number) for number in nominal.moving if model.body_gravcomp[number]]
+    for body, number in compensated:
+        lift, body.gravcomp = model.body_gravcomp[number] * model.body_mass[number], 0.0
+        point = body.add_body(gravcomp=lift / WEIGHTLESS)
+        point.explicitinertial, point.mass, point.inertia = True, WEIGHTLESS, np.zeros(3)
+        point.ipos, point.iquat = model.body_ipos[number], [1.0, 0.0, 0.0, 0.0]
 
 
 def _draw_payload(body: mujoco.MjsBody, tip: Array, mass: float) -> None:
@@ -183,8 +229,8 @@ class PlantModel:
         same = self.model.body_sameframe[body] or self.model.body_simple[body]
         touches = not self.model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_CONTACT
         # any other body would need its own inertia. MuJoCo may also rely on the principal axes, which a perturbation
-        # turns: for the frame of the body, or for the boxes of its contact detection
-        self._is_one_body = self.model.nbody == body + 1 and not (same or touches)
+        # turns: for the frame of the body, or for the boxes of its contact detection. Gravity compensation needs bodies
+        self._is_one_body = self.model.nbody == body + 1 and not (same or touches or self.model.ngravcomp)
 
     def copy(self) -> Self:
         """Return a copy with its own model and data, in half the time of creating it."""
@@ -214,6 +260,7 @@ class PlantModel:
 
     def _change(self, change: Perturbation) -> None:
         """Write a perturbation to the compiled model."""
+        _check_flags(self._nominal, change)
         model, body = self.model, self.model.jnt_bodyid[0]
         with np.errstate(over="ignore", invalid="ignore"):
             mass, centre, tensor = self._parts.perturbed(change).merged()

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from spherical_wrist.compat.libmujoco import warnings_kept_in_data
+from spherical_wrist.wrist.dynamics_check import check_motors, check_passive, remarks
 from spherical_wrist.wrist.mjcf import compiled, default_model, read_spec
 from spherical_wrist.wrist.parts import AXES, UNNAMED, Names, ball_joint, motor_matrix, tip_site, torque_motors
 from spherical_wrist.wrist.reduction import reduced
@@ -36,6 +37,7 @@ class Wrist:
         anchor: centre of the ball joint in the world [m].
         mount: rotation (3, 3) from the mount to the world.
         lever: vector from the centre of the ball joint to the tool tip, in the body frame [m].
+        warnings: a sentence for everything in the model that a run treats in another way than MuJoCo would.
     """
 
     spec: mujoco.MjSpec
@@ -48,6 +50,7 @@ class Wrist:
     anchor: Array
     mount: Array
     lever: Array
+    warnings: tuple[str, ...] = ()
 
     @classmethod
     def load(cls, path: Path | str | None = None, names: Names = UNNAMED) -> "Wrist":
@@ -71,14 +74,18 @@ class Wrist:
 
         Raises:
             ModelError: it does not compile, or is not a wrist: a ball joint; three plain torque motors on it whose axes
-                span the space; a site for the tool tip on a body that it moves.
+                span the space; a site for the tool tip on a body that it moves. Or motors or springs do what the
+                controller's model cannot know.
         """
-        model = compiled(spec, name)
+        whole = model = compiled(spec, name)
         joint = ball_joint(model, names.joint, name)
         motors = torque_motors(model, joint, names.motors, name)
+        check_motors(model, motors, name)
         if model.njnt > 1 or model.nu > AXES:
             spec = reduced(spec, model, joint, motors)
             model = compiled(spec, name)
+        check_passive(model, name)
+        warnings = tuple(remarks(whole, joint, motors, model))
         body = int(model.jnt_bodyid[0])
         site = tip_site(model, body, names.tip, name)
         matrix, lower, upper = motor_matrix(model, range(AXES), name)
@@ -86,7 +93,7 @@ class Wrist:
         mujoco.mj_forward(model, data)
         anchor, mount = data.xanchor[0].copy(), _rotation(data.xmat[body])
         lever = mount.T @ (data.site_xpos[site] - anchor)
-        return cls(spec, model, names, body, matrix, lower, upper, anchor, mount, lever)
+        return cls(spec, model, names, body, matrix, lower, upper, anchor, mount, lever, warnings)
 
     @cached_property
     def moving(self) -> list[int]:
