@@ -15,12 +15,19 @@ TIMES = np.arange(20_000) * 1e-3
 RANDOM = {Noise, Steps, Tremor}
 
 
+def worst():
+    """Shape of a disturbance that is built for a closed loop."""
+    return lambda time: np.where(np.outer(np.floor(time / 0.07), [1, 2, 3]) % 2, 1.0, -1.0)
+
+
 def torque(disturbance, peak=0.02, seed=1, time=TIMES):
-    return disturbance.torque(peak, np.random.default_rng(seed))(time)
+    return disturbance.torque(peak, np.random.default_rng(seed), worst)(time)
 
 
 def test_the_known_shapes_are_there():
-    assert {"constant", "sinusoid", "square", "chirp", "steps", "pulse", "noise", "tremor"} <= set(Disturbance.members)
+    assert {"constant", "sinusoid", "square", "chirp", "steps", "pulse", "noise", "tremor", "worst"} <= set(
+        Disturbance.members
+    )
 
 
 @every
@@ -49,7 +56,7 @@ def test_a_level_of_no_torque_at_all_is_refused(member):
 @every
 def test_is_a_function_of_time_alone(member):
     """The same bits in chunks, in another order, at another sampling; so a run can be cut or replayed at will."""
-    disturbance = member().torque(0.02, np.random.default_rng(3))
+    disturbance = member().torque(0.02, np.random.default_rng(3), worst)
     whole = disturbance(TIMES)
     assert np.array_equal(np.concatenate([disturbance(TIMES[:777]), disturbance(TIMES[777:])]), whole)
     assert np.array_equal(disturbance(TIMES[::10]), whole[::10])
@@ -68,7 +75,7 @@ def test_only_random_shapes_draw_from_the_generator():
     """Otherwise switching a disturbance on would change the sensor noise that is drawn after it."""
     for member in Disturbance.members.values():
         random = np.random.default_rng(0)
-        member().torque(1.0, random)
+        member().torque(1.0, random, worst)
         assert (random.random() == np.random.default_rng(0).random()) == (member not in RANDOM)
 
 

@@ -122,7 +122,10 @@ def test_every_parameter_of_sensors_and_motors_changes_the_run(part, name):
 @pytest.mark.parametrize(("part", "name"), parameters_of(Disturbance.members.values()), ids=label)
 def test_every_parameter_of_a_disturbance_changes_the_torque(part, name):
     def torque(given):
-        return part(**given).torque(0.01, np.random.default_rng(1))(TIME).tobytes()
+        disturbance = part(**given)
+        return disturbance.torque(0.01, np.random.default_rng(1), lambda: lambda time: np.ones((len(time), 3)))(
+            TIME
+        ).tobytes()
 
     given = needed(part, name, {})
     assert all(torque({**given, name: value}) != torque(given) for value in others(part, name, given))

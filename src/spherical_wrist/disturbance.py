@@ -27,9 +27,14 @@ TONES = 64
 
 
 class Disturbance(Member):
-    """A disturbance. Subclass it, annotate the parameters, write ``shape``."""
+    """A disturbance. Subclass it, annotate the parameters, write ``shape``.
+
+    Attributes:
+        built_for_loop: the shape is not known before the closed loop is, which then has it computed.
+    """
 
     kind: ClassVar[str] = "disturbance"
+    built_for_loop: ClassVar[bool] = False
 
     level: NonNegative = quantity(
         0.25, "", "size as a fraction of the reference's peak nominal torque", acts_with={"amplitude": None}
@@ -40,15 +45,18 @@ class Disturbance(Member):
         """Return the disturbance of unit size."""
         raise NotImplementedError("a disturbance needs a method shape(self, random)")
 
-    def torque(self, peak: float, random: np.random.Generator) -> Torque:
+    def torque(self, peak: float, random: np.random.Generator, worst: Callable[[], Torque] | None = None) -> Torque:
         """Return the disturbance in N·m.
 
         Args:
             peak: largest component of the torque that the nominal model needs for the reference [N·m].
             random: the experiment's generator; only random shapes draw from it.
+            worst: computes the worst disturbance of unit size for the closed loop; only a shape that is
+                ``built_for_loop`` asks for it.
 
         Raises:
-            ParameterError: a level is given, but the reference needs no torque that it could be a fraction of.
+            ParameterError: a level is given, but the reference needs no torque that it could be a fraction of; or the
+                shape needs a closed loop.
         """
         if self.amplitude is None and self.level > 0.0 and peak < 1e-9:
             raise ParameterError(
@@ -56,7 +64,7 @@ class Disturbance(Member):
                 "zero: give the size in N·m instead (disturbance.amplitude = 0.005), or no disturbance (level 0)"
             )
         size = self.level * peak if self.amplitude is None else self.amplitude
-        unit = self.shape(random)
+        unit = worst() if self.built_for_loop and worst is not None and size > 0.0 else self.shape(random)
         return lambda time: size * unit(time)
 
 
@@ -158,6 +166,28 @@ class Pulse(Disturbance):
         since = time - self.start
         phase = np.mod(since + GRACE, self.period)
         return ((since > -GRACE) & (phase < self.width)).astype(float)
+
+
+class Worst(Disturbance):
+    """The waveform within ±1 on every axis that moves the tool tip furthest, built for the law and hardware of the run.
+
+    It is that of :func:`spherical_wrist.prepare.worst_torque.worst_torque`, for the loop as it is without a disturbance
+    at the first attitude of the reference. The law's answer to a pulse of torque says which sign each earlier moment
+    must have for its contribution to the tip's displacement to add up now: the waveform jumps between −1 and +1. It is
+    repeated, and the last repetition reaches its peak with the last control instant of the run.
+    """
+
+    built_for_loop: ClassVar[bool] = True
+
+    def shape(self, random: np.random.Generator) -> Torque:
+        """See :meth:`Disturbance.shape`; only of size 0, because without a closed loop there is no worst one.
+
+        Raises:
+            ParameterError: the size is not 0.
+        """
+        if self.level == 0.0 or self.amplitude == 0.0:
+            return lambda time: np.zeros((len(time), 3))
+        raise ParameterError("disturbance 'worst' has no shape of its own: an experiment's closed loop gives it one")
 
 
 class Noise(Disturbance):

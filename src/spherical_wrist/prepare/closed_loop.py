@@ -227,12 +227,19 @@ def prepare(
         nominal = models.nominal
         key = ("peak", experiment.wrist_file, drawn, timing)
         peak = cache.value(key, lambda: nominal.peak_torque(reference, timing, stop))
-    torque = checked_torque(load, peak, np.random.default_rng(seed))
+
+    def worst() -> Torque:
+        from spherical_wrist.prepare.worst_torque import cached_worst_torque  # which prepares a loop of its own
+
+        return cached_worst_torque(experiment, cache, stop)
+
+    torque = checked_torque(load, peak, np.random.default_rng(seed), worst)
+    loop = experiment if load.built_for_loop else None
     return ClosedLoop(
         models,
         experiment.law,
         reference,
-        cache.sampled(("torque", load, peak, seed), torque),
+        cache.sampled(("torque", load, peak, seed, loop), torque),
         timing,
         cache,
         start=experiment.start,

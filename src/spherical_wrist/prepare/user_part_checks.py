@@ -51,20 +51,23 @@ def checked_motion(reference: Reference, draw: Callable[[], np.random.Generator]
     return checked
 
 
-def checked_torque(disturbance: Disturbance, peak: float, random: np.random.Generator) -> Torque:
+def checked_torque(
+    disturbance: Disturbance, peak: float, random: np.random.Generator, worst: Callable[[], Torque]
+) -> Torque:
     """Return the torque function of a disturbance; if it is from a user's own file, check every torque that it returns.
 
     Args:
         disturbance: disturbance of the experiment.
         peak: see :meth:`spherical_wrist.disturbance.Disturbance.torque`.
         random: see :meth:`spherical_wrist.disturbance.Disturbance.torque`.
+        worst: see :meth:`spherical_wrist.disturbance.Disturbance.torque`.
 
     Raises:
         ParameterError: the user's code raises, or returns no valid torque.
     """
     if not type(disturbance).files:
-        return disturbance.torque(peak, random)
-    torque = _called(disturbance, lambda: disturbance.torque(peak, random))
+        return disturbance.torque(peak, random, worst)
+    torque = _called(disturbance, lambda: disturbance.torque(peak, random, worst))
 
     def checked(time: Array) -> Array:
         found = np.asarray(_called(disturbance, lambda: torque(time)))
