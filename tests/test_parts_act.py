@@ -71,6 +71,8 @@ def candidates(annotation: Any, value: Any) -> list[Any]:
         annotation = get_args(annotation)[0]
     if get_origin(annotation) is Literal:
         return list(get_args(annotation))
+    if value is None and any(get_origin(each) is Literal for each in get_args(annotation)):
+        return [word for each in get_args(annotation) for word in get_args(each)]
     if annotation is bool:
         return [not value]
     if isinstance(value, tuple) and value:
@@ -151,6 +153,7 @@ def files(tmp_path_factory):
 
     rows = np.column_stack([time, turned(0.3).as_quat(scalar_first=True)])
     np.savetxt(folder / "gap.csv", rows, delimiter=",", header="t,w,x,y,z", comments="")
+    np.savetxt(folder / "times.txt", 1.1 * time)
     np.savetxt(folder / "other.csv", rows[:, [0, 1, 3, 2, 4]], delimiter=",", header="t,w,x,y,z", comments="")
     still = np.zeros((len(time), 3))
     arms = [
@@ -162,6 +165,8 @@ def files(tmp_path_factory):
 
 SETTINGS = {"recorded": {"file": "gap.csv"}, "recorded.arm": {"file": "arms.txt"}}
 """Parameters without which a reference has no motion, or none that a parameter acts on."""
+VALUES = {"file": "other.csv", "times": "times.txt", "columns": "time=t, w=w, x=y, y=x, z=z"}
+"""Other values of parameters that are files or texts."""
 
 
 @pytest.mark.parametrize(("reference", "name"), parameters_of(Reference.members.values()), ids=label)
@@ -169,7 +174,10 @@ def test_every_parameter_of_a_reference_changes_the_motion(reference, name, file
     given = SETTINGS.get(f"{reference.name}.{name}", SETTINGS.get(reference.name, {}))
     given = {key: str(files / value) for key, value in given.items()}
     given = {**given, **needed(reference, name, given)}
-    values = [str(files / "other.csv")] if name == "file" else others(reference, name, given)
+    if name in VALUES:
+        values = [str(files / VALUES[name]) if name in ("file", "times") else VALUES[name]]
+    else:
+        values = others(reference, name, given)
     before = motion_of(reference, given)
     assert any(motion_of(reference, {**given, name: value}) != before for value in values)
 

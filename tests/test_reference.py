@@ -41,7 +41,7 @@ CASES = [
 ]
 TIMES = np.sort(np.random.default_rng(5).uniform(0.01, 12.0, 400))
 FILE_LENGTH = 5.0
-WORDS = {"file", "arm", "after", "sweep", "seed"}
+WORDS = {"file", "times", "columns", "time_unit", "arm", "after", "sweep", "seed"}
 NUMBERS = {"scale", "speed", "axis", "harmonics", "modulation", "low_to_high", "premature", "coupling"}
 WITHOUT_UNIT = WORDS | NUMBERS
 

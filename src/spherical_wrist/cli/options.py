@@ -90,7 +90,7 @@ def with_options(command: Command) -> Command:
 def _argument(option: ParameterOption) -> Parameter:
     """Create the argument of a function for an option; :class:`~spherical_wrist.cli.app.Command` adds its help."""
     complete = completion.members(option.part) if option.type is str else None
-    declared = Option(option.flag, metavar=option.metavar, autocompletion=complete)
+    declared = Option(option.flag, metavar=option.metavar, autocompletion=complete, parser=option.parse)
     return Parameter(
         option.name,
         Parameter.KEYWORD_ONLY,

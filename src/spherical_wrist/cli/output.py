@@ -97,5 +97,8 @@ def thinning(run: Run) -> str:
 
 def footnote(run: Run) -> str:
     """Return the window of the metrics, and the speed of the simulation."""
+    until = run.measurement.steady_until
     window = f"figures over t ≥ {run.measurement.steady_from:g} s"
+    if until is not None:
+        window = f"figures over {run.measurement.steady_from:g} s ≤ t ≤ {until:g} s, where the motion ends"
     return f"{window} · simulated in {run.wall_time:.3g} s, {run.real_time_factor:.0f} × real time"

@@ -3,6 +3,7 @@
 import json
 import tomllib
 from collections.abc import Mapping
+from math import floor, inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Self
 
@@ -13,11 +14,12 @@ from spherical_wrist.actuation import Actuation, SphericalMotor
 from spherical_wrist.control import Law
 from spherical_wrist.disturbance import Disturbance
 from spherical_wrist.errors import ParameterError, one_line
+from spherical_wrist.experiment.options import WHOLE
 from spherical_wrist.experiment.perturbation import Perturbation, Start
 from spherical_wrist.experiment.timing import Timing
 from spherical_wrist.measure.metrics import MetricSettings
 from spherical_wrist.parameters import Member, NonNegative, Parameters, Positive, Vector, quantity
-from spherical_wrist.reference import Reference
+from spherical_wrist.reference import Reference, Told
 from spherical_wrist.sensing import Sensing
 
 if TYPE_CHECKING:  # these import MuJoCo, which is too slow for completion in the shell
@@ -25,6 +27,9 @@ if TYPE_CHECKING:  # these import MuJoCo, which is too slow for completion in th
 
 STEADY_FROM = 2.0
 """Default start of the steady window [s]."""
+
+SHORT_REST = 0.02
+"""Fraction of a run that a motion may rest at its end without a warning."""
 
 
 def _member(given: Any, info: ValidationInfo) -> Any:
@@ -49,7 +54,8 @@ class Experiment(Parameters):
     ``Experiment(disturbance=0, mass_scale=1)``.
 
     ``law``, ``reference``, ``sensing`` and ``actuation`` take a name, a table of ``name`` and parameters, or an
-    instance; ``disturbance`` also takes a number, the level of a constant one.
+    instance; ``disturbance`` also takes a number, the level of a constant one. ``duration`` also takes ``"whole"``, the
+    time of a whole recorded motion. The steady window ends with the run, or with the motion if that ends earlier.
 
     Raises:
         ParameterError: a value is not valid, or a name is unknown; in one line.
@@ -81,7 +87,7 @@ class Experiment(Parameters):
     control_period: Positive = quantity(0.001, "s", "time between two torques, a multiple of the physics period")
     physics_period: Positive | None = quantity(None, "s", "physics step; default: that of the model")
     steady_from: NonNegative | None = quantity(
-        None, "s", "start of the steady window; default: 2 s, or half the duration of runs up to 2 s"
+        None, "s", "start of the steady window; default: 2 s, or half the duration of runs or motions up to 2 s"
     )
     seed: Annotated[int, Field(ge=0)] = quantity(0, "", "seed of everything random")
     model: Annotated[Path, AfterValidator(Path.resolve)] | None = quantity(
@@ -92,6 +98,12 @@ class Experiment(Parameters):
         None, "", "three motors on that joint, if there are more: a list, or A,B,C"
     )
     tip: str | None = quantity(None, "", "site of the tool tip, if there are several and none is called tip")
+
+    def __init__(self, **values: Any) -> None:
+        if values.get("duration") == WHOLE:
+            known = {name: value for name, value in values.items() if name != "duration"}
+            values = {**known, "duration": _whole(type(self)(**known))}
+        super().__init__(**values)
 
     @classmethod
     def from_toml(cls, path: Path | str, changes: Mapping[str, Any] | None = None) -> Self:
@@ -153,13 +165,42 @@ class Experiment(Parameters):
 
     def measurement(self, wrist: "Wrist") -> MetricSettings:
         """Return the settings of the metrics."""
-        steady_from = self.steady_from
+        steady_from, moving, until = self.steady_from, self.duration, None
+        if self.reference.end() < self.duration:
+            moving = until = self.reference.end()
         if steady_from is None:
-            steady_from = STEADY_FROM if self.duration > STEADY_FROM else 0.5 * self.duration
+            steady_from = STEADY_FROM if moving > STEADY_FROM else 0.5 * moving
         layer = self.law.boundary_layer
         lever = (float(wrist.lever[0]), float(wrist.lever[1]), float(wrist.lever[2]))
         resistance = self.actuation.resistance if isinstance(self.actuation, SphericalMotor) else None
-        return MetricSettings(steady_from, self.control_period, lever, layer, resistance)
+        return MetricSettings(steady_from, self.control_period, lever, layer, resistance, until)
+
+    def told(self) -> Told:
+        """Return what there is to say about the motion before it is run, in words.
+
+        Raises:
+            ParameterError: there is no motion.
+        """
+        summary, warnings = self.reference.told()
+        end = self.reference.end()
+        if end < (1.0 - SHORT_REST) * self.duration:
+            early = (
+                f"the motion ends at {end:.4g} s, and the run at {self.duration:.4g} s: figures are up to the end of "
+                "the motion; --duration whole ends the run with it, and reference.after=repeat goes on"
+            )
+            warnings = (*warnings, early)
+        return Told(summary, warnings)
+
+
+def _whole(experiment: Experiment) -> float:
+    """Return the time [s] of the whole motion, in full control periods."""
+    whole, period = experiment.reference.whole(), experiment.control_period
+    if whole == inf:
+        raise ParameterError(
+            f"duration = 'whole': reference {experiment.reference.name!r} has no end, as a recorded motion has; give "
+            "the seconds"
+        )
+    return max(1, floor(whole / period + 1e-6)) * period
 
 
 PARTS: Mapping[str, type[Member]] = {

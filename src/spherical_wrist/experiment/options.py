@@ -5,9 +5,12 @@ The command line, its help, completion in the shell, and the command that makes 
 the parameters; importing this module is quick, because it does not ask for them.
 """
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NamedTuple
 
+WHOLE = "whole"
+"""Duration that stands for the time that the whole motion takes."""
 _OWN = "or path/to/file.py:Name"
 
 
@@ -20,6 +23,7 @@ class ParameterOption(NamedTuple):
         type: type of its value on the command line.
         metavar: placeholder of the value in the help; None for that of the type.
         note: addition to the meaning of the parameter in the help.
+        parse: function that reads its value, where words are valid besides the type; raises ValueError.
     """
 
     parameter: str
@@ -27,6 +31,7 @@ class ParameterOption(NamedTuple):
     type: type
     metavar: str | None = None
     note: str = ""
+    parse: Callable[[str], Any] | None = None
 
     @property
     def name(self) -> str:
@@ -50,6 +55,13 @@ class ParameterOption(NamedTuple):
         return ", ".join(filter(None, (field.description, self.note))) + shown
 
 
+def _duration(text: str) -> float | str:
+    try:
+        return WHOLE if text == WHOLE else float(text)
+    except ValueError:
+        raise ValueError(f"{text!r} is neither a number of seconds nor {WHOLE}") from None
+
+
 OPTIONS = (
     ParameterOption("law", "--law", str, note=_OWN),
     ParameterOption("reference", "--reference", str, note=f"recorded:FILE, {_OWN}"),
@@ -57,7 +69,7 @@ OPTIONS = (
     ParameterOption("disturbance.name", "--disturbance-shape", str, "SHAPE", _OWN),
     ParameterOption("mass_scale", "--mass-scale", float),
     ParameterOption("payload", "--payload", float, "KG"),
-    ParameterOption("duration", "--duration", float, "SECONDS"),
+    ParameterOption("duration", "--duration", float, f"SECONDS|{WHOLE}", "whole: all of a recorded motion", _duration),
     ParameterOption("control_period", "--control-period", float, "SECONDS"),
     ParameterOption("seed", "--seed", int),
     ParameterOption("model", "--model", Path, "FILE.xml"),

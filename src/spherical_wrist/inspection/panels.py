@@ -88,7 +88,8 @@ def _size(panel: Axes, run: Run, label: str, unit: str) -> None:
     for value, dash in ((rms, "-"), (largest, ":")):
         if value:
             start = min(max(run.measurement.window_start, run.time[0]), run.time[-1])
-            panel.hlines(value, start, run.time[-1], color=AXES[0], linestyle=dash, linewidth=1.1, zorder=3)
+            stop = max(min(run.measurement.window_end, run.time[-1]), start)
+            panel.hlines(value, start, stop, color=AXES[0], linestyle=dash, linewidth=1.1, zorder=3)
     panel.set_ylabel(label)
     text = f"RMS {figure(rms)} (line) · largest {figure(largest)} {unit} (dots)" if rms is not None else ""
     name(panel, f"{title}, size", text or "no sample in the steady window")

@@ -19,6 +19,8 @@ from spherical_wrist.loop.outcome import Status
 from spherical_wrist.plain_text import literal
 from spherical_wrist.simulation.run import Run
 
+GREY: Any = {"color": "0.5", "alpha": 0.1, "linewidth": 0.0, "zorder": 0}
+"""Shade of what is outside of the steady window."""
 ROW, WIDTH = 1.48, 11.0
 """Height of a panel with its title, and width of the sheet [in]."""
 COLUMNS = ((0.74, 5.28), (6.94, 4.0))
@@ -89,11 +91,16 @@ def over_time(axes: Sequence[Axes], panels: Sequence[Panel], run: Run) -> None:
         stretched = 1.015 if run.outcome.status == Status.DIVERGED else 1.0
         panel.set_xlim(begin, begin + stretched * (end - begin if end > begin else run.measurement.period))
         if begin < run.measurement.steady_from:
-            panel.axvspan(begin, min(run.measurement.steady_from, end), color="0.5", alpha=0.1, linewidth=0.0, zorder=0)
+            panel.axvspan(begin, min(run.measurement.steady_from, end), **GREY)
+        if end > run.measurement.window_end:
+            panel.axvspan(max(run.measurement.window_end, begin), end, **GREY)
         if run.outcome.status == Status.DIVERGED:
             panel.axvline(end, color=MARK, linewidth=2.0)
         panel.tick_params(labelbottom=panel is axes[-1])
     if len(axes):
-        words = f"time [s] · grey: before the steady window, t < {run.measurement.steady_from:g} s"
+        begin, end = run.measurement.steady_from, run.measurement.steady_until
+        words = f"time [s] · grey: before the steady window, t < {begin:g} s"
+        if end is not None:
+            words = f"time [s] · grey: outside of the steady window, {begin:g} s to {end:g} s"
         diverged = run.outcome.status == Status.DIVERGED
         axes[-1].set_xlabel(words + " · pink: where it diverged" * diverged)

@@ -14,17 +14,18 @@ Array = npt.NDArray[np.float64]
 
 
 def portrait(panel: Axes, run: Run, axis: int) -> None:
-    """Draw the true errors of an axis: pale before the steady window, with a ring where they begin.
+    """Draw the true errors of an axis: pale outside of the steady window, with a ring where they begin.
 
     Where the law has a surface: the line on which it is zero at the median slope, and the boundary layer around it.
     """
     e, rate = with_gaps(drawable(run.error))[:, axis], drawable(run.rate_error[:, axis])
-    steady = run.time >= run.measurement.window_start
+    steady = run.measurement.in_window(run.time)
     rows = telling_rows(np.stack([e, rate], axis=1), 1500)
-    first = int(np.searchsorted(rows, int(steady.argmax()) if steady.any() else len(e)))
+    inside = np.flatnonzero(steady) if steady.any() else np.array([len(e)])
+    first, last = (int(np.searchsorted(rows, row)) for row in inside[[0, -1]])
     marks: dict[str, Any] = {"marker": "o", "markersize": 3.0} if len(e) <= FEW else {}
     width = 0.4 if _is_wool(rate[rows]) else 0.8
-    for part, alpha in ((rows[: first + 1], 0.5), (rows[first:], 1.0)):
+    for part, alpha in ((rows[: first + 1], 0.5), (rows[first : last + 1], 1.0), (rows[last:], 0.5)):
         panel.plot(e[part], rate[part], color=AXES[axis], alpha=alpha, linewidth=width, **marks)
     panel.plot(e[:1], rate[:1], "o", color=INK, markerfacecolor="white", markersize=5.0, zorder=4)
     cut = _frame(panel, e, rate)

@@ -10,7 +10,7 @@ interpreted, with the same result to the last bit.
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import KW_ONLY, dataclass
-from math import atan2, isfinite, isnan, sqrt
+from math import atan2, inf, isfinite, isnan, sqrt
 from typing import Any, NamedTuple, Self
 
 import numpy as np
@@ -43,11 +43,18 @@ EVENTS = ("surface_reached",)
 """Events of which the first time [s] is kept, over the whole run; not-a-number before."""
 
 METRIC_SETTINGS = np.dtype(
-    [("start", "f8"), ("lever", "f8", 3), ("layer", "f8", 3), ("has_surface", "f8"), ("has_coils", "f8")],
+    [
+        ("start", "f8"),
+        ("end", "f8"),
+        ("lever", "f8", 3),
+        ("layer", "f8", 3),
+        ("has_surface", "f8"),
+        ("has_coils", "f8"),
+    ],
     align=True,
 )
-"""Record of :class:`MetricSettings` as the arithmetic needs them: start of the steady window [s], lever to the tool tip
-[m], boundary layer [rad/s]; 1 or 0: the law has a sliding surface, the motor has coils."""
+"""Record of :class:`MetricSettings` as the arithmetic needs them: start and end of the steady window [s], lever to the
+tool tip [m], boundary layer [rad/s]; 1 or 0: the law has a sliding surface, the motor has coils."""
 
 TOTALS = np.dtype(
     [("rows", "f8"), ("command", "f8", 3)]
@@ -75,7 +82,7 @@ def accumulate(settings: Any, totals: Any, time: Array, desired: Any, log: Any, 
             s, b = row.surface, settings.layer
             if abs(s[0]) <= b[0] and abs(s[1]) <= b[1] and abs(s[2]) <= b[2]:
                 totals.surface_reached = time[k]
-        if time[k] >= settings.start:
+        if settings.start <= time[k] <= settings.end:
             add_row(settings, totals, desired[k], row, currents, k)
             totals.rows += 1.0
 
@@ -135,6 +142,7 @@ class MetricSettings(NamedTuple):
         boundary_layer: half-width per axis of the band around S = 0 [rad/s] that counts as reached; None for laws
             without a sliding surface.
         resistance: of a coil of a spherical motor [Ω]; None for other motors.
+        steady_until: end of the steady window [s], where the motion ends; None for the end of the run.
     """
 
     steady_from: float
@@ -142,16 +150,26 @@ class MetricSettings(NamedTuple):
     lever: tuple[float, float, float]
     boundary_layer: tuple[float, float, float] | None
     resistance: float | None = None
+    steady_until: float | None = None
 
     @property
     def window_start(self) -> float:
         """Time from which rows belong to the window [s]: half a period early, so that rounding of times is harmless."""
         return self.steady_from - 0.5 * self.period
 
+    @property
+    def window_end(self) -> float:
+        """Time up to which rows belong to the window [s], half a period late; infinity where the run ends it."""
+        return inf if self.steady_until is None else self.steady_until + 0.5 * self.period
+
+    def in_window(self, time: Array) -> npt.NDArray[np.bool_]:
+        """Return True for the times [s], (n,), that belong to the window."""
+        return (time >= self.window_start) & (time <= self.window_end)
+
     def packed(self) -> npt.NDArray[Any]:
         """Return the settings as METRIC_SETTINGS (1,)."""
         record = np.zeros(1, METRIC_SETTINGS)
-        record["start"], record["lever"] = self.window_start, self.lever
+        record["start"], record["end"], record["lever"] = self.window_start, self.window_end, self.lever
         if self.boundary_layer is not None:
             record["layer"], record["has_surface"] = self.boundary_layer, 1.0
         record["has_coils"] = self.resistance is not None

@@ -157,9 +157,14 @@ class RunCache:
         """Return a cached function of time; ``key`` holds all that its values depend on, except the time."""
         return lambda time: self._arrays.get((key, time.tobytes()), lambda: function(time))
 
-    def motion(self, reference: Motion) -> CachedMotion:
-        """Return a reference whose samples are cached. Its random parameters must be drawn already."""
-        return CachedMotion(self.sampled(("motion", reference), reference.motion))
+    def motion(self, reference: Motion, state: Hashable = None) -> CachedMotion:
+        """Return a reference whose samples are cached. Its random parameters must be drawn already.
+
+        Args:
+            reference: the reference.
+            state: all that its motion depends on besides its parameters.
+        """
+        return CachedMotion(self.sampled(("motion", reference, state), reference.motion))
 
 
 _THREAD = threading.local()

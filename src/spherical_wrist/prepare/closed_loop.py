@@ -221,12 +221,15 @@ def prepare(
     if models is None:
         models = cache.models(experiment.wrist_file, experiment.perturbation, timing, slot)
     drawn = checked_motion(experiment.reference, experiment.generator_of_reference, experiment.duration)
-    reference, load, seed = cache.motion(drawn), experiment.disturbance, experiment.seed
+    state = experiment.reference.state()
+    reference, load, seed = cache.motion(drawn, state), experiment.disturbance, experiment.seed
     peak = 0.0
     if load.amplitude is None and load.level > 0.0:
         nominal = models.nominal
-        key = ("peak", experiment.wrist_file, drawn, timing)
-        peak = cache.value(key, lambda: nominal.peak_torque(reference, timing, stop))
+        key = ("peak", experiment.wrist_file, drawn, state, timing)
+        sizing = experiment.reference.sizing()
+        sized = reference if sizing is experiment.reference else cache.motion(sizing, state)
+        peak = cache.value(key, lambda: nominal.peak_torque(sized, timing, stop))
 
     def worst() -> Torque:
         from spherical_wrist.prepare.worst_torque import cached_worst_torque  # which prepares a loop of its own

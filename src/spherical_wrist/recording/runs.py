@@ -108,4 +108,5 @@ def _outcome(table: Mapping[str, Any]) -> Outcome:
 def _measurement(table: Mapping[str, Any]) -> MetricSettings:
     layer = table["boundary_layer"]
     lever, layer = tuple(table["lever"]), None if layer is None else tuple(layer)
-    return MetricSettings(table["steady_from"], table["period"], lever, layer, table["resistance"])
+    until = table.get("steady_until")  # since format 2
+    return MetricSettings(table["steady_from"], table["period"], lever, layer, table["resistance"], until)

@@ -1,7 +1,8 @@
 """Base of references: an attitude as an exactly differentiable function of time."""
 
-from collections.abc import Mapping
-from typing import Any, ClassVar
+from collections.abc import Hashable, Mapping
+from math import inf
+from typing import Any, ClassVar, NamedTuple, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -10,6 +11,18 @@ from spherical_wrist.errors import ParameterError
 from spherical_wrist.parameters import Member
 
 Array = npt.NDArray[np.float64]
+
+
+class Told(NamedTuple):
+    """Words about a motion that comes from outside.
+
+    Attributes:
+        summary: what it is, in one line; empty where there is nothing to say.
+        warnings: what is doubtful about it, one line each.
+    """
+
+    summary: str = ""
+    warnings: tuple[str, ...] = ()
 
 
 class Reference(Member):
@@ -29,6 +42,26 @@ class Reference(Member):
 
     def drawn(self, random: np.random.Generator) -> "Reference":
         """Return this reference with everything random in it drawn; itself if nothing is."""
+        return self
+
+    def state(self) -> Hashable:
+        """Return what the motion depends on besides its parameters, such as when its file was changed."""
+        return None
+
+    def end(self) -> float:
+        """Return the time [s] after which the motion only rests; infinity where it goes on."""
+        return inf
+
+    def whole(self) -> float:
+        """Return the time [s] that the whole motion takes; infinity where it has no end."""
+        return inf
+
+    def told(self) -> Told:
+        """Return what there is to say about the motion before it is run; nothing about those that are formulas."""
+        return Told()
+
+    def sizing(self) -> Self:
+        """Return the motion that sizes relative disturbances: this one, or without peaks that are no motion."""
         return self
 
     @classmethod

@@ -12,6 +12,8 @@ Arm = Literal["slave_right", "slave_left", "master_right", "master_left"]
 
 RATE = 30.0
 """Rows in a second [Hz]."""
+SMOOTHING = 0.04
+"""Smoothing [s] where none is given."""
 WIDTH = 76
 FIRST = {"master_left": 0, "master_right": 19, "slave_left": 38, "slave_right": 57}
 """First of an arm's 19 columns: position (3), rotation matrix row by row (9), linear velocity (3), rotational velocity
@@ -33,8 +35,8 @@ def is_jigsaws(line: bytes) -> bool:
     return True
 
 
-def read_jigsaws(file: BinaryIO, arm: Arm) -> tuple[Array, Array]:
-    """Return times [s] (n,) and rotation matrices (n, 9) of one arm.
+def read_jigsaws(file: BinaryIO, arm: Arm) -> Array:
+    """Return rotation matrices (n, 9) of one arm.
 
     Raises:
         RowError: a row does not have 76 numbers, or there are too many rows.
@@ -48,4 +50,4 @@ def read_jigsaws(file: BinaryIO, arm: Arm) -> tuple[Array, Array]:
     if len(rows) > LAST_ROW:
         raise RowError(f"it has more than {LAST_ROW} rows; cut it")
     first = FIRST[arm] + 3
-    return np.arange(len(rows), dtype=np.float64) / RATE, rows[:, first : first + 9]
+    return rows[:, first : first + 9]

@@ -1,22 +1,22 @@
 """Recorded motion from a file."""
 
-from functools import lru_cache
+from functools import cached_property, lru_cache
+from math import inf
 from pathlib import Path
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, Any, ClassVar, Self
 
 import numpy.typing as npt
-from pydantic import AfterValidator
+from pydantic import AfterValidator, BeforeValidator
 
 from spherical_wrist.errors import ParameterError
 from spherical_wrist.parameters import NonNegative, Positive, quantity
-from spherical_wrist.reference.base import Array, Reference
+from spherical_wrist.reference.base import Array, Reference, Told
 from spherical_wrist.reference.jigsaws import Arm
-from spherical_wrist.reference.recorded_curve import After, Curve, Treatment, curve_of
-from spherical_wrist.reference.recorded_file import read_recorded
+from spherical_wrist.reference.recorded_columns import TimeUnit, read_columns
+from spherical_wrist.reference.recorded_curve import After, Curve, curve_of, spline_of
+from spherical_wrist.reference.recorded_file import Reading, Recording, read_recorded
+from spherical_wrist.reference.recorded_flaws import Flaws, flaws_of, summary_of, without_jumps
 from spherical_wrist.reference.recorded_rows import RowError
-
-JIGSAWS_SMOOTHING = 0.04
-"""Smoothing of JIGSAWS files [s] where none is given."""
 
 
 def _absolute(file: Path) -> Path:
@@ -28,23 +28,31 @@ def _absolute(file: Path) -> Path:
         raise ValueError(f"not a path ({error})") from None
 
 
+File = Annotated[Path, AfterValidator(_absolute)]
+
+
 class Recorded(Reference):
     """A recorded motion from a file, taken relative to its mean attitude; as a name also recorded:FILE.
 
-    The file is CSV or Parquet with times and quaternions or rotation matrices, or the kinematics text of JIGSAWS (76
-    columns at 30 Hz, recognised by itself), of which ``arm`` is taken; see
-    :func:`spherical_wrist.reference.recorded_file.read_recorded`. Its first row is at t = 0. Between rows the motion is
-    a spline with continuous acceleration, of which rate and acceleration are exact derivatives; see
-    :func:`spherical_wrist.reference.recorded_curve.curve_of`. Body axes are those of the recorded body: z counts as the
-    tool's.
+    The file is a table in text or Parquet with times and quaternions or rotation matrices, a trajectory of TUM, EuRoC
+    or KITTI, or the kinematics text of JIGSAWS (76 columns at 30 Hz), of which ``arm`` is taken. These are recognised;
+    the columns of others are named in ``columns``, the unit of their times in ``time_unit``. See
+    :func:`spherical_wrist.reference.recorded_file.read_recorded`, and ``wrist guide reference``. Its first row is at
+    t = 0. Between rows the motion is a spline with continuous acceleration, of which rate and acceleration are exact
+    derivatives; see :func:`spherical_wrist.reference.recorded_curve.spline_of`. Body axes are those of the recorded
+    body: z counts as the tool's.
 
     After its end, the motion comes to rest within the time ``blend`` and stays there (``hold``): nothing is tracked
-    then, so compare laws over the time that was recorded. Or it goes back to its start in that time and begins anew,
-    for ever (``repeat``). Before t = 0 likewise.
+    then, so the steady window ends with the motion. Or it goes back to its start in that time and begins anew, for ever
+    (``repeat``). Before t = 0 likewise.
 
     Smoothing is a low-pass without lag, 1/(1 + (2π f T)⁴), down to a half at 1/(2π T): 4 Hz for the 0.04 s of JIGSAWS
     files, between the few hertz of voluntary movement and the tremor at 8 to 12 Hz (an assumption). All times are those
     of the recording, which ``speed`` then divides.
+
+    A run warns where the peaks of a file belong to its stamps, to noise or to one row, and says which of ``rate``,
+    ``smoothing`` and ``jump`` helps; see :func:`spherical_wrist.reference.recorded_flaws.flaws_of`. A relative
+    disturbance is sized by the motion with these settings.
 
     Raises:
         ParameterError: when the motion is asked for and the file is not there, or is not a motion; in one line.
@@ -52,10 +60,19 @@ class Recorded(Reference):
 
     subject: ClassVar[str] = "file"
 
-    file: Annotated[Path, AfterValidator(_absolute)] | None = quantity(
-        None, "", "CSV, Parquet or JIGSAWS kinematics file; must be given"
-    )
+    file: File | None = quantity(None, "", "table, trajectory or kinematics file; must be given")
     arm: Arm = quantity("slave_right", "", "of a JIGSAWS file, the arm")
+    columns: Annotated[str | None, BeforeValidator(read_columns)] = quantity(
+        None, "", "columns by name or number, as in 'time=stamp, w=q0, x=q1, y=q2, z=q3'; where none, recognised"
+    )
+    time_unit: TimeUnit | None = quantity(
+        None, "", "unit of the times; where none is given, what the file says, or seconds"
+    )
+    times: File | None = quantity(None, "", "file with a time a row, for files without times such as KITTI's")
+    rate: Positive | None = quantity(None, "Hz", "rows in a second, evenly spaced, in place of the times of the file")
+    jump: Positive | None = quantity(
+        None, "rad", "turn from row to row from which it is no motion: what follows is turned back; where none, all is"
+    )
     scale: NonNegative = quantity(1.0, "", "factor of the angles from the mean attitude")
     speed: Positive = quantity(1.0, "", "how many times as fast as it was recorded")
     smoothing: NonNegative | None = quantity(
@@ -71,29 +88,105 @@ class Recorded(Reference):
         Raises:
             ParameterError: there is no file, or it is not a motion.
         """
-        if self.file is None:
-            raise ParameterError("reference recorded: no file: give reference.file, or recorded:FILE for the reference")
-        try:
-            found = self.file.stat()
-        except OSError as error:
-            raise ParameterError(
-                f"reference file {str(self.file)!r}: {(error.strerror or 'no such file').lower()}"
-            ) from None
-        motion = _curve(self, self.file, (found.st_mtime_ns, found.st_size)).motion(self.speed * time)
+        motion = self._loaded().curve.motion(self.speed * time)
         motion["rate"] *= self.speed
         motion["acceleration"] *= self.speed**2
         return motion
 
+    def end(self) -> float:
+        """See :meth:`.Reference.end`.
+
+        Raises:
+            ParameterError: there is no file, or it is not a motion.
+        """
+        return inf if self.after == "repeat" else self.whole()
+
+    def whole(self) -> float:
+        """See :meth:`.Reference.whole`.
+
+        Raises:
+            ParameterError: there is no file, or it is not a motion.
+        """
+        return float(self._loaded().recording.track.time[-1]) / self.speed
+
+    def told(self) -> Told:
+        """See :meth:`.Reference.told`.
+
+        Raises:
+            ParameterError: there is no file, or it is not a motion.
+        """
+        loaded = self._loaded()
+        name = f"motion {self.file.name if self.file else ''}"
+        notes = [*loaded.recording.notes, *loaded.flaws.warnings]
+        return Told(f"{name}: {loaded.summary}", tuple(f"{name}: {note}" for note in notes))
+
+    def sizing(self) -> Self:
+        """See :meth:`.Reference.sizing`.
+
+        Raises:
+            ParameterError: there is no file, or it is not a motion.
+        """
+        settings = self._loaded().flaws.settings
+        return self.replaced(**settings) if settings else self
+
+    def state(self) -> tuple[tuple[int, int], ...]:
+        """Return times of change and sizes of the files.
+
+        Raises:
+            ParameterError: one is not there.
+        """
+        stamps = []
+        for file in filter(None, (self.file, self.times)):
+            try:
+                found = file.stat()
+            except OSError as error:
+                raise ParameterError(
+                    f"reference file {str(file)!r}: {(error.strerror or 'no such file').lower()}"
+                ) from None
+            stamps.append((found.st_mtime_ns, found.st_size))
+        return tuple(stamps)
+
+    def _loaded(self) -> "_Loaded":
+        if self.file is None:
+            raise ParameterError("reference recorded: no file: give reference.file, or recorded:FILE for the reference")
+        return _load(self, self.file, self.state())
+
+
+class _Loaded:
+    """A motion that has been read, and what is known about it."""
+
+    def __init__(self, recording: Recording, spline: Any, curve: Curve, smoothing: float, *, stamped: bool) -> None:
+        self.recording, self.curve = recording, curve
+        self._spline, self._smoothing, self._stamped = spline, smoothing, stamped
+
+    @cached_property
+    def flaws(self) -> Flaws:
+        """Flaws that its peaks belong to."""
+        try:
+            return flaws_of(self.recording, self._spline, self._smoothing, stamped=self._stamped)
+        except RowError:  # without a flaw that it seems to have it would be no motion
+            return Flaws({}, ())
+
+    @cached_property
+    def summary(self) -> str:
+        """Description in one line."""
+        return summary_of(self.recording, self._spline, self._smoothing)
+
 
 @lru_cache(maxsize=4)
-def _curve(recorded: Recorded, file: Path, _stamp: tuple[int, int]) -> Curve:
+def _load(recorded: Recorded, file: Path, _stamps: tuple[tuple[int, int], ...]) -> _Loaded:
     """Return the motion of a file, read anew where the file has changed."""
-    recording = read_recorded(file, recorded.arm, recorded.largest_gap)
-    smoothing = recorded.smoothing
-    if smoothing is None:
-        smoothing = JIGSAWS_SMOOTHING if recording.jigsaws else 0.0
-    treatment = Treatment(recorded.scale, smoothing, recorded.after, recorded.blend)
+    reading = Reading(
+        recorded.arm, recorded.columns, recorded.time_unit, recorded.rate, recorded.times, recorded.largest_gap
+    )
+    recording = read_recorded(file, reading)
+    smoothing = recording.smoothing if recorded.smoothing is None else recorded.smoothing
     try:
-        return curve_of(recording.track, treatment)
+        if recorded.jump is not None:
+            recording = recording._replace(track=without_jumps(recording.track, recorded.jump))
+        spline = spline_of(recording.track, smoothing)
+        scaled = spline if recorded.scale == 1.0 else spline_of(recording.track, smoothing, recorded.scale)
+        curve = curve_of(scaled, recorded.after, recorded.blend)
     except RowError as error:
         raise ParameterError(f"reference file {str(file)!r}: {error}") from None
+    return _Loaded(recording, spline, curve, smoothing, stamped=recorded.rate is None and recording.stamped)

@@ -19,22 +19,6 @@ AROUND = 1.9 * np.pi
 After = Literal["hold", "repeat"]
 
 
-class Treatment(NamedTuple):
-    """Treatment of a recorded motion.
-
-    Attributes:
-        scale: factor of the angles from the mean attitude.
-        smoothing: T of the low-pass 1/(1 + (ω T)⁴) [s]; 0 for none.
-        after: motion after its end.
-        blend: time of coming to rest, or of going back to the start [s].
-    """
-
-    scale: float
-    smoothing: float
-    after: After
-    blend: float
-
-
 class Curve(NamedTuple):
     """A curve of quaternions, piecewise polynomial.
 
@@ -62,8 +46,23 @@ class Curve(NamedTuple):
         return motion
 
 
-def curve_of(track: Track, treatment: Treatment) -> Curve:
-    """Return the curve through a recorded motion, relative to its mean attitude.
+def curve_of(spline: "CubicSpline", after: After, blend: float) -> Curve:
+    """Return the curve of a recorded motion with its ends, from the spline through its rows.
+
+    Args:
+        spline: as :func:`spline_of` returns it.
+        after: motion after its end.
+        blend: time of coming to rest, or of going back to the start [s].
+
+    Raises:
+        RowError: its end turns too fast to be led back.
+    """
+    ends = motion_of_curve(*(spline(spline.x[[0, -1]], order) for order in range(3)))
+    return _held(spline, ends, blend) if after == "hold" else _closed(spline, ends, blend)
+
+
+def spline_of(track: Track, smoothing: float, scale: float = 1.0) -> "CubicSpline":
+    """Return the spline through a recorded motion, relative to its mean attitude.
 
     Rows become quaternions q₀⁻¹ q, of the sign that does not jump, with the mean q₀ weighted by the time that each row
     stands for. A cubic spline through their four numbers, taken for a direction in R⁴, is an attitude with continuous
@@ -72,27 +71,32 @@ def curve_of(track: Track, treatment: Treatment) -> Curve:
 
     Args:
         track: the motion.
-        treatment: scale, smoothing and ends.
+        smoothing: T of the low-pass [s]; 0 for none.
+        scale: factor of the angles from the mean attitude.
 
     Raises:
         RowError: rows are too far apart to know how it turned between them, or the motion cannot be scaled.
     """
     from scipy.interpolate import CubicSpline
 
-    rows = _smooth(track.time, _relative(track), treatment.smoothing)
-    if treatment.scale != 1.0:
-        rows = _scaled(rows, treatment.scale)
+    rows = _smooth(track.time, relative(track), smoothing)
+    if scale != 1.0:
+        rows = _scaled(track, rows, scale)
     spline = CubicSpline(track.time, rows)
     between = track.time[:-1] + np.outer((0.25, 0.5, 0.75), np.diff(track.time))
     shortest = np.linalg.norm(spline(between), axis=2).min(axis=0)
     if shortest.min() < 0.5:
-        raise RowError(f"it turns too far between data rows {shortest.argmin() + 1} and {shortest.argmin() + 2}")
-    ends = motion_of_curve(*(spline(track.time[[0, -1]], order) for order in range(3)))
-    return _held(spline, ends, treatment.blend) if treatment.after == "hold" else _closed(spline, ends, treatment.blend)
+        k = int(shortest.argmin())
+        raise RowError(f"it turns too far between data rows {track.row[k]} and {track.row[k + 1]}")
+    return spline
 
 
-def _relative(track: Track) -> Array:
-    """Return quaternions from the mean attitude, continuous, and mostly on the side of +1."""
+def relative(track: Track) -> Array:
+    """Return quaternions from the mean attitude (n, 4), continuous, and mostly on the side of +1.
+
+    Raises:
+        RowError: rows are too far apart to know how it turned between them.
+    """
     from scipy.spatial.transform import Rotation
 
     steps = np.diff(track.time)
@@ -102,10 +106,11 @@ def _relative(track: Track) -> Array:
     follows = np.einsum("ij,ij->i", rows[1:], rows[:-1])
     near = np.abs(follows) >= np.cos(0.5 * WIDEST)
     if not near.all():
-        row = int(np.argmin(near)) + 2
+        k = int(np.argmin(near))
         raise RowError(
-            f"data row {row} turns by {2.0 * np.degrees(np.arccos(min(1.0, abs(follows[row - 2])))):.0f}° from the row "
-            f"before: more than {np.degrees(WIDEST):.0f}° cannot be interpolated"
+            f"data row {track.row[k + 1]} turns by {2.0 * np.degrees(np.arccos(min(1.0, abs(follows[k])))):.0f}° from "
+            f"the row before: more than {np.degrees(WIDEST):.0f}° cannot be interpolated; if it is no motion, "
+            "reference.jump=1 takes it out"
         )
     rows[1:] *= np.cumprod(np.sign(follows))[:, None]
     return np.asarray(rows if rows[:, 0].sum() >= 0.0 else -rows)
@@ -124,14 +129,14 @@ def _smooth(time: Array, rows: Array, smoothing: float) -> Array:
     return np.asarray(smooth / np.linalg.norm(smooth, axis=1)[:, None])
 
 
-def _scaled(rows: Array, scale: float) -> Array:
+def _scaled(track: Track, rows: Array, scale: float) -> Array:
     """Return exp(scale · log q), where the logarithm goes on beyond half a turn."""
     sine = np.linalg.norm(rows[:, 1:], axis=1)
     half = np.arctan2(sine, rows[:, 0])
     if half.max() > 0.5 * AROUND:
         raise RowError(
-            f"data row {half.argmax() + 1} is {2.0 * np.degrees(half.max()):.0f}° from the mean attitude: only motions "
-            f"of up to {np.degrees(AROUND):.0f}° can be scaled; leave scale at 1"
+            f"data row {track.row[half.argmax()]} is {2.0 * np.degrees(half.max()):.0f}° from the mean attitude: only "
+            f"motions of up to {np.degrees(AROUND):.0f}° can be scaled; leave scale at 1"
         )
     factor = np.where(sine > 1e-12, np.sin(scale * half) / np.maximum(sine, 1e-12), scale)
     return np.column_stack([np.cos(scale * half), factor[:, None] * rows[:, 1:]])

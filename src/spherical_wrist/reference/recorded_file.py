@@ -1,19 +1,60 @@
-"""Recorded motions from files: CSV, Parquet, or the kinematics text of JIGSAWS, distinguished by their contents."""
+"""Recorded motions from files, distinguished by their contents.
 
-import csv
-import re
-from collections.abc import Iterator
+CSV and other tables in text, Parquet, the trajectories of TUM, EuRoC and KITTI, and the kinematics text of JIGSAWS.
+"""
+
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from spherical_wrist.errors import ParameterError, one_line
+from spherical_wrist.reference import jigsaws
 from spherical_wrist.reference.jigsaws import Arm, is_jigsaws, read_jigsaws
-from spherical_wrist.reference.recorded_rows import LAST_ROW, Array, RowError, Track, columns_of, too_long, track_of
+from spherical_wrist.reference.recorded_columns import (
+    Columns,
+    TimeUnit,
+    chosen_columns,
+    columns_by_width,
+    columns_of,
+)
+from spherical_wrist.reference.recorded_rows import (
+    LAST_ROW,
+    UNIT_NAMES,
+    Array,
+    RowError,
+    Stamps,
+    Track,
+    attitudes_of,
+    too_long,
+    track_of,
+)
+from spherical_wrist.reference.recorded_text import dialect_of, read_table
 
 HEAD = 1 << 16
 """Bytes in which the first line must end."""
+EXACT = 10**9
+"""Decimal numbers are kept exactly as so many parts of their unit."""
+
+
+class Reading(NamedTuple):
+    """Choices of a person about how a file is read.
+
+    Attributes:
+        arm: of a JIGSAWS file, the arm.
+        columns: roles and columns, as :func:`.read_columns` writes them; None for those that are recognised.
+        time_unit: of the times; None for what the file says.
+        rate: rows in a second [Hz]; None for the times of the file.
+        times: file with a time a row, for a file without; None where there is none.
+        largest_gap: longest time between rows [s] that is accepted.
+    """
+
+    arm: Arm
+    columns: str | None
+    time_unit: TimeUnit | None
+    rate: float | None
+    times: Path | None
+    largest_gap: float
 
 
 class Recording(NamedTuple):
@@ -21,23 +62,43 @@ class Recording(NamedTuple):
 
     Attributes:
         track: the motion.
-        jigsaws: whether it is a kinematics file of JIGSAWS.
+        said: what was recognised, in words.
+        notes: what was left out, in words.
+        smoothing: of files of this kind, where none is given [s].
+        decimals: of the numbers of its attitudes; None where they are more than six.
+        entry: change of the angle [rad] for a change of such a number by 1.
+        stamped: whether its times are stamps of its rows.
     """
 
     track: Track
-    jigsaws: bool
+    said: str
+    notes: tuple[str, ...]
+    smoothing: float
+    decimals: int | None
+    entry: float
+    stamped: bool
 
 
-def read_recorded(path: Path, arm: Arm, largest_gap: float) -> Recording:
+class _Table(NamedTuple):
+    """A table as it was read: times if it has them, attitudes, and what was recognised."""
+
+    stamps: Stamps | None
+    values: Array
+    columns: Columns
+
+
+def read_recorded(path: Path, reading: Reading) -> Recording:
     """Read a recorded motion.
 
     Args:
-        path: CSV with a header, separated by commas, semicolons or tabs; Parquet; or JIGSAWS kinematics. A CSV or
-            Parquet file has a column of times (``time``, ``t`` or ``timestamp``, in seconds; in Parquet also of the
-            type of a time) and the columns of a quaternion (``qw``, ``qx``, ``qy``, ``qz`` or ``w``, ``x``, ``y``,
-            ``z``) or a rotation matrix (``r11``, ``r12`` … ``r33``), body → world; further columns do not matter.
-        arm: of a JIGSAWS file, the arm.
-        largest_gap: longest time between rows [s] that is accepted.
+        path: text with a table, Parquet, or JIGSAWS kinematics.
+
+            A table has a column of times (``time``, ``t``, ``timestamp`` or ``stamp``; in seconds, or with a unit in
+            its name, as ``time [ms]``; in Parquet also of the type of a time) and the columns of a quaternion (``qw``,
+            ``qx``, ``qy``, ``qz``; ``w``, ``x``, ``y``, ``z``; or these letters at the end of any other name) or a
+            rotation matrix (``r11``, ``r12`` … ``r33``), body → world; further columns do not matter. Others are named
+            in ``reading.columns``.
+        reading: choices about how it is read.
 
     Raises:
         ParameterError: in one line, where the file cannot be read or is not a motion.
@@ -47,10 +108,15 @@ def read_recorded(path: Path, arm: Arm, largest_gap: float) -> Recording:
             head = file.read(HEAD)
             file.seek(0)
             first = next((line for line in head.splitlines() if line.strip()), b"")
-            if is_jigsaws(first):
-                return Recording(track_of(*read_jigsaws(file, arm), largest_gap), jigsaws=True)
-        time, values = _parquet(path) if head.startswith(b"PAR1") else _csv(path, head)
-        return Recording(track_of(time, values, largest_gap), jigsaws=False)
+            if is_jigsaws(first) and reading.columns is None:
+                rate = reading.rate or jigsaws.RATE
+                values = read_jigsaws(file, reading.arm)
+                columns = Columns(None, (), "rotation matrix", None, f"JIGSAWS kinematics, {reading.arm}")
+                return _recording(_Table(None, values, columns), reading._replace(rate=rate), jigsaws.SMOOTHING)
+        table = _parquet(path, reading) if head.startswith(b"PAR1") else _text(path, reading)
+        if reading.rate is None and reading.times is not None:
+            table = table._replace(stamps=_times(reading.times, len(table.values)))
+        return _recording(table, reading, 0.0)
     except FileNotFoundError:
         raise ParameterError(f"reference file {str(path)!r}: no such file") from None
     except RowError as error:
@@ -61,72 +127,139 @@ def read_recorded(path: Path, arm: Arm, largest_gap: float) -> Recording:
         ) from None
 
 
-def _csv(path: Path, head: bytes) -> tuple[Array, Array]:
-    """Read times (n,) and attitudes (n, 4) or (n, 9); a header may begin with ``#``, as NumPy writes it."""
+def _recording(table: _Table, reading: Reading, smoothing: float) -> Recording:
+    attitude = attitudes_of(table.columns.kind, table.values)
+    said, stamps = table.columns.said, table.stamps
+    if reading.rate is not None:
+        track, notes = track_of(reading.rate, attitude, reading.largest_gap)
+        said += f", {reading.rate:g} rows a second"
+    elif stamps is None:
+        raise RowError(
+            "it has no times (time, t or timestamp): give reference.rate [Hz], rows in a second, or reference.times, a "
+            "file with a time a row"
+        )
+    else:
+        track, notes = track_of(stamps, attitude, reading.largest_gap, reading.time_unit)
+        said += f", times in {UNIT_NAMES[reading.time_unit or stamps.unit or 's']}"
+    kind = table.columns.kind
+    entry = 2.0 if kind == "quaternion" else np.pi / 180.0 if kind.endswith("[deg]") else 1.0
+    return Recording(track, said, notes, smoothing, _decimals(table.values), entry, stamps is not None)
+
+
+def _text(path: Path, reading: Reading) -> _Table:
+    dialect = dialect_of(path)
+    names = dialect.names
+    if reading.columns is not None:
+        columns = chosen_columns(reading.columns, names)
+    elif dialect.named:
+        columns = columns_of(names)
+    else:
+        columns = columns_by_width(len(names), spaced=dialect.spaced)
+    with_time = columns.time is not None and reading.rate is None and reading.times is None
+    texts = [columns.time] if columns.time is not None and with_time else []
+    times, values = read_table(path, dialect, texts, columns.attitude)
+    stamps = _stamps(times[0], columns.unit, dialect.decimal) if times else None
+    return _Table(stamps, values, columns._replace(said=f"{columns.said}, {dialect.said}"))
+
+
+def _times(path: Path, rows: int) -> Stamps:
+    """Read the times of a file that has one a row."""
+    try:
+        dialect = dialect_of(path)
+        column, unit = 0, None
+        if dialect.named and len(dialect.names) > 1:
+            raise RowError(f"it has {len(dialect.names)} columns: one of times is needed")
+        times, _ = read_table(path, dialect, [column], [])
+        if len(times[0]) != rows:
+            raise RowError(f"it has {len(times[0])} times, and the motion {rows} rows")
+        return _stamps(times[0], unit, dialect.decimal)
+    except RowError as error:
+        raise RowError(f"reference.times {str(path)!r}: {one_line(error)}") from None
+    except OSError as error:
+        raise RowError(f"reference.times {str(path)!r}: {(error.strerror or 'no such file').lower()}") from None
+
+
+def _stamps(texts: Any, unit: str | None, decimal: str) -> Stamps:
+    """Return times that are written as integers, decimal numbers or dates, exactly where that is possible."""
     import pyarrow
-    from pyarrow import csv as arrow
+    from pyarrow import compute
 
-    lines = head.splitlines()
-    if not lines:
-        raise RowError("it is empty")
+    texts = compute.utf8_trim_whitespace(texts)
+    if decimal == ",":
+        texts = compute.replace_substring(texts, ",", ".")
     try:
-        header = lines[0].decode("utf-8-sig").strip().removeprefix("#")
-    except UnicodeDecodeError:
-        raise RowError("it is neither CSV with a header, nor Parquet, nor a kinematics file of JIGSAWS") from None
-    delimiter = max(",;\t", key=header.count)
-    names = next(csv.reader([header], delimiter=delimiter), [])
-    wanted = [str(number) for number in columns_of(names)]
-    if len(head) < HEAD and not any(line.strip() for line in lines[1:]):
-        raise RowError("it has a header and no rows")
-    read = arrow.ReadOptions(column_names=[str(number) for number in range(len(names))], skip_rows=1, use_threads=False)
-    convert = arrow.ConvertOptions(include_columns=wanted, column_types=dict.fromkeys(wanted, pyarrow.float64()))
+        return Stamps(np.asarray(compute.cast(texts, pyarrow.int64()).to_numpy()), 1.0, unit)
+    except pyarrow.ArrowException:
+        pass
     try:
-        reader = arrow.open_csv(
-            path, read_options=read, parse_options=arrow.ParseOptions(delimiter=delimiter), convert_options=convert
-        )
-        table = pyarrow.Table.from_batches(_few(reader), schema=reader.schema)
-    except (pyarrow.ArrowException, ValueError, StopIteration) as error:
-        reason = re.sub(
-            r"CSV column #(\d+)", lambda found: f"column {names[int(found[1])]!r}", one_line(error, limit=160)
-        )
-        raise RowError(f"it is not CSV with numbers in its columns ({reason})") from None
-    return _arrays([table.column(name) for name in wanted])
+        since = compute.subtract(numbers := compute.cast(texts, pyarrow.decimal128(26, 9)), numbers[0])
+        billion = pyarrow.scalar(EXACT).cast(pyarrow.decimal128(19, 0)).cast(pyarrow.decimal128(10, 0))
+        return Stamps(np.asarray(compute.multiply(since, billion).cast(pyarrow.int64()).to_numpy()), EXACT, unit)
+    except pyarrow.ArrowException:
+        pass
+    try:
+        return Stamps(np.asarray(compute.cast(texts, pyarrow.float64()).to_numpy()), 1.0, unit)
+    except pyarrow.ArrowException:
+        pass
+    for kind in (pyarrow.timestamp("ns"), pyarrow.timestamp("ns", tz="UTC")):
+        try:
+            return Stamps(np.asarray(compute.cast(texts, kind).cast(pyarrow.int64()).to_numpy()), 1.0, "ns")
+        except pyarrow.ArrowException:
+            continue
+    for row, text in enumerate(texts.to_pylist(), start=1):
+        try:
+            float(text)
+        except ValueError:
+            raise RowError(f"data row {row} has the time {one_line(repr(text), 40)}, which is no number") from None
+    raise RowError("its times are no numbers")
 
 
-def _few(batches: Any) -> Iterator[Any]:
-    """Yield record batches, up to the largest number of rows."""
-    rows = 0
-    for batch in batches:
-        rows += batch.num_rows
-        if rows > LAST_ROW:
-            raise too_long()
-        yield batch
-
-
-def _parquet(path: Path) -> tuple[Array, Array]:
-    """Read times (n,) and attitudes (n, 4) or (n, 9)."""
+def _parquet(path: Path, reading: Reading) -> _Table:
     import pyarrow
     from pyarrow import parquet
 
     try:
         with parquet.ParquetFile(path) as file:
-            names = file.schema_arrow.names
-            wanted = [names[number] for number in columns_of(names)]
+            schema = file.schema_arrow
+            names, chosen = schema.names, reading.columns
+            columns = columns_of(names) if chosen is None else chosen_columns(chosen, names)
+            if columns.time is None:  # as of an index of pandas, whose name may be anything
+                dated = [number for number, kind in enumerate(schema.types) if pyarrow.types.is_timestamp(kind)]
+                columns = columns._replace(time=dated[0] if len(dated) == 1 else None)
             if file.metadata.num_rows > LAST_ROW:
                 raise too_long()
-            table = file.read(columns=wanted)
-            kind = table.schema.types[0]
-            time = table.column(0)
-            if not (pyarrow.types.is_timestamp(kind) or pyarrow.types.is_duration(kind)):
-                time = time.cast(pyarrow.float64())
-            return _arrays([time, *(column.cast(pyarrow.float64()) for column in table.columns[1:])])
+            wanted = [*columns.attitude, *([] if columns.time is None else [columns.time])]
+            table = file.read(columns=[names[number] for number in wanted])
+            attitude = [table.column(names[number]).cast(pyarrow.float64()) for number in columns.attitude]
+            values = np.stack([np.asarray(column.to_numpy()) for column in attitude], axis=1)
+            stamps = None
+            if columns.time is not None:
+                stamps = _arrow_stamps(table.column(names[columns.time]), columns.unit)
+            return _Table(stamps, values, columns._replace(said=f"Parquet, {columns.said}"))
     except (pyarrow.ArrowException, OSError, ValueError, KeyError) as error:
         raise RowError(f"it is damaged, or has no numbers in its columns ({one_line(error, limit=160)})") from None
 
 
-def _arrays(columns: list[Any]) -> tuple[Array, Array]:
-    """Return columns as float64 arrays: dates as seconds since the first, empty cells as not-a-number."""
-    time, *values = (np.asarray(column.to_numpy()) for column in columns)
-    if time.dtype.kind in "mM":
-        time = (time - time[:1]) / np.timedelta64(1, "s") if len(time) else time
-    return time.astype(np.float64), np.stack(values, axis=1)
+def _arrow_stamps(column: Any, unit: str | None) -> Stamps:
+    import pyarrow
+
+    kind = column.type
+    if pyarrow.types.is_timestamp(kind) or pyarrow.types.is_duration(kind):
+        column, unit = column.cast(pyarrow.int64()), kind.unit
+    elif pyarrow.types.is_integer(kind):
+        column = column.cast(pyarrow.int64())
+    elif pyarrow.types.is_string(kind) or pyarrow.types.is_large_string(kind):
+        return _stamps(column, unit, ".")
+    else:
+        column = column.cast(pyarrow.float64())
+    ticks = np.asarray(column.to_numpy())  # of float64 where cells are empty
+    return Stamps(ticks, 1.0, unit)
+
+
+def _decimals(values: Array) -> int | None:
+    """Return the decimals with which numbers are written, up to six."""
+    numbers = values[np.isfinite(values).all(axis=1)]
+    for decimals in range(7):
+        if np.array_equal(np.round(numbers, decimals), numbers):
+            return decimals
+    return None
