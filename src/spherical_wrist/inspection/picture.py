@@ -5,6 +5,7 @@ Panels of channels that have no place of their own fill the shorter column.
 
 import textwrap
 from collections.abc import Sequence
+from typing import Any
 
 import matplotlib as mpl
 from matplotlib.axes import Axes
@@ -98,9 +99,9 @@ def over_time(axes: Sequence[Axes], panels: Sequence[Panel], run: Run) -> None:
             panel.axvline(end, color=MARK, linewidth=2.0)
         panel.tick_params(labelbottom=panel is axes[-1])
     if len(axes):
-        begin, end = run.measurement.steady_from, run.measurement.steady_until
-        words = f"time [s] · grey: before the steady window, t < {begin:g} s"
-        if end is not None:
-            words = f"time [s] · grey: outside of the steady window, {begin:g} s to {end:g} s"
+        start, until = run.measurement.steady_from, run.measurement.steady_until
+        words = f"time [s] · grey: before the steady window, t < {start:g} s"
+        if until is not None:
+            words = f"time [s] · grey: outside of the steady window, {start:g} s to {until:g} s"
         diverged = run.outcome.status == Status.DIVERGED
         axes[-1].set_xlabel(words + " · pink: where it diverged" * diverged)
