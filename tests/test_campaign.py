@@ -18,7 +18,9 @@ from pathlib import Path
 
 import numpy as np
 import psutil
+import pyarrow as pa
 import pytest
+from pyarrow import parquet
 
 import spherical_wrist.files
 from rigs import one_line
@@ -157,12 +159,56 @@ def test_a_damaged_file_is_reported_and_not_trusted(whole, copy, harm):
     path = sorted((copy.path / "episodes").iterdir())[2]
     path.write_bytes(harm(path.read_bytes()))
     said = []
-    assert len(rows(copy)) == 36 - 7
+    with pytest.warns(UserWarning, match="not trusted"):
+        assert len(rows(copy)) == 36 - 7
     with campaign_lock(copy.path):
         assert sweep(resume(copy.path), HERE, Listener(warn=said.append)) == 7
     assert len(said) == 1
     assert path.name in said[0]
     assert contents(copy) == contents(whole)
+
+
+def edited(file, **metadata):
+    """Rewrite a batch as somebody with pyarrow would who wants another figure in it."""
+    table = parquet.read_table(file)
+    place = table.column_names.index("rms_error_rad")
+    better = pa.array([1e-9] * len(table))
+    table = table.set_column(place, "rms_error_rad", better)
+    about = {key: value for key, value in table.schema.metadata.items() if key != b"seal" or not metadata}
+    parquet.write_table(table.replace_schema_metadata(about), file)
+
+
+@pytest.mark.parametrize("without", [{}, {"seal": None}], ids=["seal kept", "seal left out"])
+def test_an_edited_batch_is_found_by_every_command_that_reads_it(whole, copy, wrist, without):
+    file = copy.path / "episodes" / copy.files.batch(1).file
+    edited(file, **without)
+    line = f"not trusted: {file.name}: damaged, or changed since it was written"
+    for command in ((), ("--replay", "8", "-o", "a.rrd"), ("--resume", "--workers", "0")):
+        code, _, err = wrist("sweep", copy.path, *command)
+        assert code == 0
+        assert err.count("\n") == 1
+        assert line.removeprefix("not trusted: ") in err
+        if command != ("--resume", "--workers", "0"):
+            assert wrist("report", copy.path, "--json")[2] == wrist("sweep", copy.path)[2]
+    assert contents(copy) == contents(whole)
+    assert wrist("sweep", copy.path)[2] == ""
+
+
+def test_files_of_older_versions_without_a_checksum_are_read_and_named_once(whole, copy, wrist):
+    described = json.loads((copy.path / "campaign.json").read_text())
+    del described["sealed"]
+    (copy.path / "campaign.json").write_text(json.dumps(described))
+    for number in range(copy.files.count):
+        file = copy.files.path(copy.files.batch(number))
+        table = parquet.read_table(file)
+        about = {key: value for key, value in table.schema.metadata.items() if key != b"seal"}
+        parquet.write_table(table.replace_schema_metadata(about), file)
+    for command in (("sweep", copy.path), ("report", copy.path), ("sweep", copy.path, "--resume", "--workers", "0")):
+        code, _, err = wrist(*command)
+        assert code == 0
+        assert err == "wrist: warning: 6 files from an older version without checksums: changes are not found\n"
+    with pytest.warns(UserWarning, match="6 files from an older version"):
+        assert rows(Folder.open(copy.path)) == rows(whole)
 
 
 def test_files_of_another_campaign_are_not_trusted(whole, copy, tmp_path):
@@ -177,7 +223,8 @@ def test_files_of_another_campaign_are_not_trusted(whole, copy, tmp_path):
     with campaign_lock(copy.path):
         assert sweep(resume(copy.path), HERE, Listener(warn=said.append)) == 14
     assert len(said) == 4
-    assert rows(copy) == rows(whole)
+    with pytest.warns(UserWarning, match="not a file of this campaign"):
+        assert rows(copy) == rows(whole)
     assert (folder / "notes.txt").read_text() == "mine"
 
 
@@ -506,7 +553,7 @@ def test_a_signal_leaves_a_folder_that_resumes(whole, tmp_path, number):
         _, err = process.communicate(timeout=20)
     assert process.returncode == 128 + number
     assert f"wrist sweep {tmp_path / 'c'} --resume" in err
-    there, odd = Folder.open(tmp_path / "c").files.scan()
+    there, odd, _ = Folder.open(tmp_path / "c").files.scan()
     assert len(there) > 3
     assert not odd
     with campaign_lock(tmp_path / "c"):

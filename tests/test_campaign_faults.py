@@ -4,15 +4,18 @@ Every fault comes at a random moment of a seeded generator, and the table in the
 faults, bit for bit.
 """
 
+import asyncio
 import os
 import shutil
 import signal
 import socket
+import ssl
 import subprocess
 import sys
 import threading
 import time
 from contextlib import contextmanager, suppress
+from pathlib import Path
 from typing import NamedTuple
 
 import dask
@@ -20,6 +23,8 @@ import numpy as np
 import psutil
 import pytest
 from distributed.cli import dask_scheduler, dask_worker
+from distributed.comm import connect
+from distributed.security import Security
 
 from sampling import count, long, some
 from spherical_wrist.campaign.cluster import Cluster, Tls, connected, run_all
@@ -291,21 +296,67 @@ def test_the_command_is_killed_again_and_again(expected, tmp_path, seed):
     assert contents(folder.path) == expected
 
 
-def listening(process):
+def listening():
+    """Return the addresses at which this process and all that it began listen."""
     return {
-        connection.laddr.ip
-        for each in (process, *process.children(recursive=True))
+        connection.laddr
+        for each in (psutil.Process(), *psutil.Process().children(recursive=True))
         for connection in each.net_connections()
         if connection.status == psutil.CONN_LISTEN
     }
 
 
-def test_clusters_of_this_machine_listen_on_the_loopback_interface_only():
-    for cluster in (HERE, Cluster(workers=1, threads=1)):
-        with connected(cluster) as client:
-            assert [result for _, result in run_all(client, abs, [-1, -2], lambda task: (task,))]
-            assert listening(psutil.Process()) == {"127.0.0.1"}
-    assert not listening(psutil.Process())
+def sys_path():
+    return [each for each in sys.path if Path(each).is_dir()]
+
+
+def answers(address, security):
+    """Return True if a Dask process answers somebody with such an identity: it would then run any code for him."""
+
+    async def ask():
+        comm = await connect(address, timeout=2.0, **security.get_connection_args("client"))
+        await comm.write({"op": "identity", "reply": True})
+        await comm.read()
+        comm.abort()
+
+    try:
+        asyncio.run(asyncio.wait_for(ask(), 4.0))
+    except (OSError, TimeoutError):
+        return False
+    return True
+
+
+def test_clusters_of_this_machine_let_nobody_in(monkeypatch):
+    """Worker processes listen on the loopback interface only, and refuse whoever lacks their cluster's identity."""
+    places, load = [], ssl.SSLContext.load_cert_chain
+
+    def loaded(context, certificate, key):
+        assert Path(key).parent.stat().st_mode & 0o077 == 0  # the key is on the disk for this moment
+        places.append(Path(key))
+        return load(context, certificate, key)
+
+    monkeypatch.setattr(ssl.SSLContext, "load_cert_chain", loaded)
+    with connected(HERE) as client:
+        assert [result for _, result in run_all(client, abs, [-1, -2], lambda task: (task,))]
+        assert not listening()
+    assert not places
+    with connected(Cluster(workers=1, threads=1)) as client:
+        assert [result for _, result in run_all(client, abs, [-1, -2], lambda task: (task,))]
+        found = listening()
+        assert {address.ip for address in found} == {"127.0.0.1"}
+        assert len(found) == 3  # scheduler, worker, and what watches over the worker
+        strangers = {"tls": Security.temporary(), "tcp": Security()}
+        for _, port in found:
+            assert answers(f"tls://127.0.0.1:{port}", client.security)
+            for protocol, stranger in strangers.items():
+                assert not answers(f"{protocol}://127.0.0.1:{port}", stranger)
+        scratch = [Path(each) for found in client.run(sys_path).values() for each in found if "dask" in each]
+        assert scratch
+        assert all(each.parent.stat().st_mode & 0o077 == 0 for each in scratch)
+    assert places
+    assert not any(key.exists() for key in places)
+    assert not listening()
+    assert not [each for each in sys.path if "dask" in each]
 
 
 def test_a_task_that_kills_every_worker_is_given_up(monkeypatch):

@@ -425,7 +425,8 @@ def test_a_campaign_that_is_not_complete_says_so_and_damaged_files_are_left_out(
     folder = handmade(tmp_path / "camp", TEXT.format(samples=100, design="sobol"), noisy, batches=3)
     damaged = folder.files.path(folder.files.batch(1))
     damaged.write_bytes(damaged.read_bytes()[:-100])
-    told, curves = findings(folder, 0.1)
+    with pytest.warns(UserWarning, match=f"not trusted: {damaged.name}"):
+        told, curves = findings(folder, 0.1)
     assert (told["campaign"]["stored"], told["campaign"]["episodes"], told["campaign"]["complete"]) == (128, 200, False)
     assert damaged.name in told["odd"][0]
     text = page(told, curves)

@@ -1,11 +1,15 @@
 """Dask clusters that run batches: threads of this process, processes of this machine, remote workers.
 
-The only file that imports Dask, which is the queue, the pool and the protocol. On this machine it listens on the
-loopback interface only; without worker processes, nothing but its status page listens at all.
+The only file that imports Dask, which is the queue, the pool and the protocol. Whoever can talk to a Dask process can
+run code in it. The worker processes of this machine therefore talk by TLS with an identity that is made for one
+cluster, on the loopback interface only: other users of the machine are refused. Without worker processes, nothing
+listens at all.
 """
 
 import gc
 import logging
+import sys
+import tempfile
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import CancelledError
 from contextlib import ExitStack, contextmanager, suppress
@@ -14,7 +18,18 @@ from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
 
 import dask
-from distributed import Client, KilledWorker, LocalCluster, Reschedule, Status, as_completed, get_worker
+from distributed import (
+    Client,
+    KilledWorker,
+    Nanny,
+    Reschedule,
+    Scheduler,
+    SpecCluster,
+    Status,
+    Worker,
+    as_completed,
+    get_worker,
+)
 from distributed.comm import CommClosedError
 from distributed.security import Security
 
@@ -161,36 +176,71 @@ def _ahead(client: Client) -> int:
     return max(2 * sum(threads.values()), 2)
 
 
+class _Closed:
+    """Part of a process of a cluster that serves no page about itself, which every user of the machine could read."""
+
+    def start_http_server(self, *_: Any, **__: Any) -> None:
+        """Serve no page."""
+
+
+class _Scheduler(_Closed, Scheduler):
+    pass
+
+
+class _Worker(_Closed, Worker):
+    pass
+
+
 @contextmanager
-def _local(workers: int, threads: int) -> Iterator[LocalCluster]:
+def _local(workers: int, threads: int) -> Iterator[SpecCluster]:
     """Start threads of this process if ``workers`` is 0, else worker processes."""
-    settings = {
-        "distributed.scheduler.http.routes": [],
-        "distributed.worker.http.routes": [],
-        "distributed.worker.profile.enabled": False,  # would stop the threads a hundred times a second to look at them
-        "distributed.scheduler.allowed-failures": ALLOWED_FAILURES,
-        "distributed.admin.tick.interval": "1s",  # each event loop would look at the clock fifty times a second
-        "distributed.admin.log-length": 10,  # of messages and transitions that nobody asks for
-        "distributed.admin.low-level-log-length": 10,
-        "distributed.diagnostics.computations.max-history": 1,
+    security = Security.temporary() if workers else Security()
+    every: dict[str, Any] = {
+        "protocol": "tls://" if workers else "inproc://",
+        "host": LOOPBACK if workers else None,
+        "security": security,
+        "needs_workdir": False,
     }
-    with dask.config.set(settings):
-        cluster = LocalCluster(
-            n_workers=workers or 1,
-            threads_per_worker=threads,
-            processes=workers > 0,
-            protocol="tcp://" if workers else "inproc://",
-            host=LOOPBACK if workers else None,
-            dashboard_address=f"{LOOPBACK}:0",
-            worker_dashboard_address=f"{LOOPBACK}:0",
-            memory_limit=0,
-            silence_logs=logging.CRITICAL,
-        )
-    try:
-        yield cluster
-    finally:
-        with suppress(TimeoutError):
-            cluster.close(timeout=CLOSING)
+    one: dict[str, Any] = {**every, "nthreads": threads, "memory_limit": 0, "silence_logs": logging.CRITICAL}
+    worker = {"cls": Nanny, "options": one | {"worker_class": _Worker}} if workers else {"cls": _Worker, "options": one}
+    with _scratch() as scratch:
+        settings = {
+            "temporary-directory": scratch,
+            "distributed.scheduler.http.routes": [],
+            "distributed.worker.http.routes": [],
+            "distributed.worker.profile.enabled": False,  # would stop the threads a hundred times a second to look
+            "distributed.scheduler.allowed-failures": ALLOWED_FAILURES,
+            "distributed.admin.tick.interval": "1s",  # each event loop would look at the clock fifty times a second
+            "distributed.admin.log-length": 10,  # of messages and transitions that nobody asks for
+            "distributed.admin.low-level-log-length": 10,
+            "distributed.diagnostics.computations.max-history": 1,
+        }
+        with dask.config.set(settings):
+            cluster = SpecCluster(
+                scheduler={"cls": _Scheduler, "options": {**every, "dashboard": False}},
+                workers=dict.fromkeys(range(workers or 1), worker),
+                security=security,
+                silence_logs=logging.CRITICAL,
+            )
+        try:
+            yield cluster
+        finally:
+            with suppress(TimeoutError):
+                cluster.close(timeout=CLOSING)
+
+
+@contextmanager
+def _scratch() -> Iterator[str]:
+    """Make a folder for Dask, which puts it into the path of Python's modules.
+
+    By default, that is a folder that any user of the machine may have made. It may not stay in the path either, where
+    another user could make it again.
+    """
+    with tempfile.TemporaryDirectory(prefix="wrist-sweep-") as folder:
+        try:
+            yield folder
+        finally:
+            sys.path[:] = [each for each in sys.path if not each.startswith(folder)]
 
 
 def _remote(address: str, tls: Tls | None) -> Client:

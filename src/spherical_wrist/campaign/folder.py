@@ -16,7 +16,7 @@ from typing import Any, NamedTuple, Self
 from spherical_wrist.campaign.description import Campaign
 from spherical_wrist.campaign.digest import digest_of, version_differences, versions_here
 from spherical_wrist.campaign.errors import CampaignError
-from spherical_wrist.campaign.store import EpisodeFiles, Episodes
+from spherical_wrist.campaign.store import EpisodeFiles, Episodes, python_warning
 from spherical_wrist.consent import code_in, without_code
 from spherical_wrist.errors import RecordingError
 from spherical_wrist.files import write_whole
@@ -42,6 +42,7 @@ class Folder(NamedTuple):
         batch_size: episodes in a file.
         versions: of the packages and the platform that the results come from.
         withheld: Python files that the campaign names, and that were not loaded.
+        sealed: True if all of its files have checksums.
     """
 
     path: Path
@@ -50,6 +51,7 @@ class Folder(NamedTuple):
     batch_size: int
     versions: Mapping[str, str]
     withheld: tuple[str, ...] = ()
+    sealed: bool = True
 
     @classmethod
     def create(cls, path: Path, file: Path, campaign: Campaign) -> Self:
@@ -66,6 +68,7 @@ class Folder(NamedTuple):
             "digest": made.digest,
             "file": hashlib.sha256(file.read_bytes()).hexdigest(),
             "batch_size": made.batch_size,
+            "sealed": made.sealed,
             "versions": dict(made.versions),
             "campaign": json.loads(campaign.to_json()),
         }
@@ -95,7 +98,7 @@ class Folder(NamedTuple):
             with without_code() if withheld else nullcontext():
                 campaign = Campaign(**description["campaign"])
             digest, size, versions = (description[name] for name in ("digest", "batch_size", "versions"))
-            return cls(Path(path), campaign, digest, size, versions, withheld)
+            return cls(Path(path), campaign, digest, size, versions, withheld, bool(description.get("sealed")))
         except (KeyError, TypeError) as error:
             raise CampaignError(f"{str(Path(path) / RESOLVED)!r} is damaged: {error!r}") from None
 
@@ -120,19 +123,20 @@ class Folder(NamedTuple):
     @property
     def files(self) -> EpisodeFiles:
         """Files of the finished batches."""
-        return EpisodeFiles(self.path / EPISODES, self.campaign, self.digest, self.batch_size)
+        return EpisodeFiles(self.path / EPISODES, self.campaign, self.digest, self.batch_size, sealed=self.sealed)
 
-    def episodes(self, warn: Callable[[str], None] = lambda text: None) -> Episodes:
+    def episodes(self, warn: Callable[[str], None] = python_warning) -> Episodes:
         """Open the stored episodes as a table.
 
         Args:
-            warn: called with a line about each file that is not trusted and left out.
+            warn: called with a line about each file that is not trusted and left out, and about those of an older
+                version.
         """
         files = self.files
-        there, odd = files.scan()
-        for text in odd:
-            warn(f"not trusted: {text}")
-        return files.table(there)
+        found = files.scan()
+        for text in found.doubts():
+            warn(text)
+        return files.table(found.complete)
 
     def check_unchanged(self, *, versions: bool = True) -> None:
         """Refuse to continue a campaign that has changed.

@@ -1,10 +1,12 @@
 """Replay of a single episode of a campaign."""
 
+from collections.abc import Callable
 from math import isnan
 from typing import Any, NamedTuple
 
 from spherical_wrist.campaign.errors import CampaignError
 from spherical_wrist.campaign.folder import Folder
+from spherical_wrist.campaign.store import python_warning
 from spherical_wrist.simulation.run import Run
 from spherical_wrist.simulation.simulate import simulate
 
@@ -35,8 +37,13 @@ class Replay(NamedTuple):
             )
 
 
-def replay(folder: Folder, id_: int) -> Replay:
+def replay(folder: Folder, id_: int, warn: Callable[[str], None] = python_warning) -> Replay:
     """Run an episode by its id.
+
+    Args:
+        folder: folder of the campaign.
+        id_: id of the episode.
+        warn: called with a line about the stored episode if its file is not trusted or not sealed.
 
     Raises:
         CampaignError: the campaign has no episode of this id, or names Python code that is not trusted.
@@ -47,7 +54,7 @@ def replay(folder: Folder, id_: int) -> Replay:
     if not 0 <= id_ < size:
         raise CampaignError(f"episode {id_}: the campaign's episodes are 0 to {size - 1}")
     (episode,) = folder.campaign.episodes(id_, id_ + 1)
-    stored = folder.files.row(id_)
+    stored = folder.files.row(id_, warn)
     run = simulate(episode.experiment())
     replayed = {"law": episode.law, "seed": episode.seed, "outcome": str(run.outcome.status), **run.metrics}
     replayed |= {"ended_at_s": run.outcome.time, "reason": run.outcome.reason}

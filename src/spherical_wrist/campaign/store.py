@@ -4,11 +4,14 @@ A row is an episode: ``id``, ``sample``, ``law`` (its label), ``seed``, the vari
 ``outcome`` (completed, diverged, failed or invalid), ``ended_at_s``, ``reason``, and the metrics by name. An episode is
 failed if its law raised or wrote no torque, and invalid if its experiment could not be simulated. A metric that is
 newer than a file is null in the table; a column of a metric that this version does not know stays in it.
+
+Each file has a checksum of itself, so that an edited one is found; see :mod:`spherical_wrist.seal`.
 """
 
 import io
 import json
-from collections.abc import Iterator, Mapping, Sequence
+import warnings
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -21,6 +24,7 @@ from spherical_wrist.campaign.distribution import Kind
 from spherical_wrist.campaign.errors import CampaignError
 from spherical_wrist.errors import one_line
 from spherical_wrist.measure.metrics import METRICS
+from spherical_wrist.seal import PLACEHOLDER, Seal, seal_of, sealed
 
 _TYPES: dict[Kind, pa.DataType] = {
     "number": pa.float64(),
@@ -29,7 +33,7 @@ _TYPES: dict[Kind, pa.DataType] = {
     "text": pa.string(),
     "table": pa.string(),
 }
-_DIGEST, _VERSIONS = b"campaign", b"versions"
+_DIGEST, _VERSIONS, _SEAL = b"campaign", b"versions", b"seal"
 
 
 class Batch(NamedTuple):
@@ -93,18 +97,24 @@ def fixed_schema(campaign: Campaign) -> pa.Schema:
 def encode_rows(
     campaign: Campaign, digest: str, versions: Mapping[str, str], rows: Sequence[Mapping[str, Any]]
 ) -> bytes:
-    """Encode rows as a Parquet file with checksums of its pages. The same rows give the same bytes.
+    """Encode rows as a sealed Parquet file. The same rows give the same bytes.
 
     The metadata of the file has the versions that computed the rows.
     """
     as_json = {column.name for column in columns(campaign) if column.kind == "table"}
     plain = [{name: json.dumps(v) if name in as_json else v for name, v in row.items()} for row in rows]
     names = schema(campaign, digest)
-    names = names.with_metadata({**(names.metadata or {}), _VERSIONS: json.dumps(dict(versions)).encode()})
+    about = {_VERSIONS: json.dumps(dict(versions)).encode(), _SEAL: PLACEHOLDER.encode()}
+    names = names.with_metadata({**(names.metadata or {}), **about})
     table = pa.Table.from_pylist(plain, schema=names)
     sink = io.BytesIO()
     parquet.write_table(table, sink, compression="zstd", write_page_checksum=True)
-    return sink.getvalue()
+    return sealed(sink.getvalue())
+
+
+def python_warning(text: str) -> None:
+    """Issue a warning of Python's, which is what a reader of episodes does that is given no other place for it."""
+    warnings.warn(text, stacklevel=3)
 
 
 class EpisodeFiles:
@@ -115,10 +125,11 @@ class EpisodeFiles:
         campaign: campaign.
         digest: digest of the campaign, which every file contains.
         size: number of episodes in a batch.
+        sealed: True if every file must be sealed; older versions sealed none.
     """
 
-    def __init__(self, folder: Path, campaign: Campaign, digest: str, size: int) -> None:
-        self.folder, self._campaign, self._size = folder, campaign, size
+    def __init__(self, folder: Path, campaign: Campaign, digest: str, size: int, *, sealed: bool = True) -> None:
+        self.folder, self._campaign, self._size, self._sealed = folder, campaign, size, sealed
         self._schema, self._fixed = schema(campaign, digest), fixed_schema(campaign)
         self.count = -(-campaign.size // size)
 
@@ -132,35 +143,45 @@ class EpisodeFiles:
 
     def scan(self) -> "ScanResult":
         """Read and check every file. Return the complete batches, and the faults of other files."""
-        complete, faults = set(), []
+        complete, unsealed, faults = set(), 0, []
         for path in sorted(self.folder.iterdir()) if self.folder.is_dir() else ():
             if path.name.startswith("."):
                 continue
             batch = self._batch_of(path)
-            fault = "not a file of this campaign" if batch is None else self._fault(path, batch)
-            if batch is None or fault:
-                faults.append(f"{path.name}: {fault}")
+            found = FileCheck("not a file of this campaign") if batch is None else self.check(batch)
+            if batch is None or found.fault:
+                faults.append(f"{path.name}: {found.fault}")
             else:
                 complete.add(batch.number)
-        return ScanResult(complete, faults)
+                unsealed += not found.sealed
+        return ScanResult(complete, faults, unsealed)
 
     def _batch_of(self, path: Path) -> Batch | None:
         first = path.name[:12]
         batch = self.batch(int(first) // self._size) if first.isascii() and first.isdigit() else None
         return batch if batch and batch.file == path.name and batch.first < batch.last else None
 
-    def _fault(self, path: Path, batch: Batch) -> str:
-        """Return the fault of a file; empty for a valid file."""
+    def check(self, batch: Batch) -> "FileCheck":
+        """Read and check the file of a batch."""
+        path = self.path(batch)
+        if not path.is_file():  # a pipe would never end
+            return FileCheck("not a file" if path.exists() else "missing")
         try:
-            with parquet.ParquetFile(path, page_checksum_verification=True) as file:
+            content = path.read_bytes()
+            seal = seal_of(content)
+            if seal is Seal.BROKEN or (seal is Seal.MISSING and self._sealed):
+                return FileCheck(f"damaged, or changed since it was written (its checksum is {seal})")
+            with parquet.ParquetFile(pa.BufferReader(content), page_checksum_verification=True) as file:
                 if not self._has_columns(file.schema_arrow):
-                    return "its columns are not those of this campaign"
+                    return FileCheck("its columns are not those of this campaign")
                 if (file.schema_arrow.metadata or {}).get(_DIGEST) != (self._schema.metadata or {})[_DIGEST]:
-                    return "it belongs to another campaign"
-                ids = file.read().column("id").to_pylist()
+                    return FileCheck("it belongs to another campaign")
+                table = file.read()
         except (pa.ArrowException, OSError, ValueError) as error:
-            return f"damaged ({one_line(error, limit=80)})"
-        return "" if ids == list(range(batch.first, batch.last)) else "its rows do not match its name"
+            return FileCheck(f"damaged ({one_line(error, limit=80)})")
+        if table.column("id").to_pylist() != list(range(batch.first, batch.last)):
+            return FileCheck("its rows do not match its name")
+        return FileCheck("", seal is Seal.INTACT, table)
 
     def _has_columns(self, schema: pa.Schema) -> bool:
         """Return True if a file has the fixed columns, followed by any metrics."""
@@ -168,18 +189,45 @@ class EpisodeFiles:
         fixed = pa.schema(list(schema)[: len(self._fixed)])
         return bool(fixed.equals(self._fixed)) and all(each.type == pa.float64() for each in metrics)
 
-    def row(self, id_: int) -> dict[str, Any] | None:
-        """Return the row of an episode with the columns of its file; None if there is no valid file."""
+    def row(self, id_: int, warn: Callable[[str], None] = python_warning) -> dict[str, Any] | None:
+        """Return the row of an episode with the columns of its file; None if there is no valid file.
+
+        Args:
+            id_: id of the episode.
+            warn: called with a line about the file if it is not trusted, or if it has no checksum.
+        """
         batch = self.batch(id_ // self._size)
-        path = self.path(batch)
-        if not path.is_file() or self._fault(path, batch):
+        found = self.check(batch)
+        if found.table is None:
+            if self.path(batch).exists():
+                warn(f"not trusted: {batch.file}: {found.fault}")
             return None
-        row: dict[str, Any] = parquet.read_table(path).slice(id_ - batch.first, 1).to_pylist()[0]
+        if not found.sealed:
+            warn(UNSEALED.format("1 file"))
+        row: dict[str, Any] = found.table.slice(id_ - batch.first, 1).to_pylist()[0]
         return row
 
     def table(self, complete: set[int]) -> "Episodes":
         """Return the episodes of some batches as one table."""
         return Episodes([self.path(self.batch(number)) for number in sorted(complete)], self._schema)
+
+
+UNSEALED = "{} from an older version without checksums: changes are not found"
+"""Warning about files that are not sealed."""
+
+
+class FileCheck(NamedTuple):
+    """Result of a check of one file.
+
+    Attributes:
+        fault: its fault; empty for a valid file.
+        sealed: True if it has a checksum, which is right.
+        table: its rows, if it is valid.
+    """
+
+    fault: str
+    sealed: bool = False
+    table: pa.Table | None = None
 
 
 class ScanResult(NamedTuple):
@@ -188,10 +236,17 @@ class ScanResult(NamedTuple):
     Attributes:
         complete: numbers of the batches whose files are valid.
         faults: names of the other files, each with its fault.
+        unsealed: number of valid files without a checksum.
     """
 
     complete: set[int]
     faults: list[str]
+    unsealed: int
+
+    def doubts(self) -> list[str]:
+        """Return a line about each file that is not trusted, and one about those without a checksum."""
+        old = [UNSEALED.format(f"{self.unsealed} file{'s' * (self.unsealed > 1)}")] if self.unsealed else []
+        return [*(f"not trusted: {fault}" for fault in self.faults), *old]
 
 
 class Episodes:

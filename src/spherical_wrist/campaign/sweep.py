@@ -69,10 +69,10 @@ def sweep(folder: Folder, cluster: Cluster, listener: Listener) -> int:
         WristError: raised by an episode.
     """
     files = folder.files
-    there, odd = files.scan()
-    for text in odd:
-        listener.warn(f"not trusted, and run again where it belongs to the campaign: {text}")
-    left = [number for number in range(files.count) if number not in there]
+    found = files.scan()
+    for text in found.doubts():
+        listener.warn(text.replace("not trusted:", "not trusted, and run again where it belongs to the campaign:", 1))
+    left = [number for number in range(files.count) if number not in found.complete]
     done = folder.campaign.size - sum(_length(files.batch(number)) for number in left)
     ran = 0
     listener.progress(done, folder.campaign.size)

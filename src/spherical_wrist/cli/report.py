@@ -8,6 +8,7 @@ from typer import Argument, Option
 
 from spherical_wrist.cli.options import Bound, Json
 from spherical_wrist.cli.progress import waiting
+from spherical_wrist.cli.streams import warned
 from spherical_wrist.cli.tables import Entry, fitted, print_json, printer, short
 
 PAGE = "report.html"
@@ -42,7 +43,7 @@ def command(
     if output is not None:
         check_writable(output, "page")
     with waiting("reading the episodes"):
-        table, curves = findings(folder, bound)
+        table, curves = findings(folder, bound, warned)
     if output is not None:
         from spherical_wrist.report.page import page  # matplotlib, half a second of imports
 

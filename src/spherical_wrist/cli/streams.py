@@ -33,6 +33,11 @@ def complain(text: str, kind: str = "error") -> None:
     flush_errors()
 
 
+def warned(text: str) -> None:
+    """Print a warning in one line on the error stream."""
+    complain(text, "warning")
+
+
 def flush_errors() -> None:
     """Write out the error stream and drop what cannot be written, with which Python would end with exit code 120."""
     try:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -14,7 +14,7 @@ from rich.text import Text
 from typer import Argument, Option
 
 from spherical_wrist.cli.options import Json
-from spherical_wrist.cli.streams import complain
+from spherical_wrist.cli.streams import warned
 from spherical_wrist.cli.tables import print_json, printer, short
 from spherical_wrist.errors import ParameterError
 from spherical_wrist.plain_text import visible
@@ -95,7 +95,7 @@ def command(
         except Stopped as stop:
             print(visible(f"stopped; go on with: {folder.command('--resume')}"), file=sys.stderr)
             return 128 + stop.number
-    _report(folder, json)
+    _report(folder, json, lambda text: None)  # the sweep has said what is not trusted
     return 0
 
 
@@ -115,10 +115,6 @@ def _cluster(
     return Cluster(scheduler, workers, threads, Tls(ca, cert, key))
 
 
-def _warn(text: str) -> None:
-    complain(text, "warning")
-
-
 @contextmanager
 def _listener(quiet: bool) -> Iterator[Listener]:
     """Show progress and warnings; only warnings if it is to be quiet."""
@@ -126,10 +122,10 @@ def _listener(quiet: bool) -> Iterator[Listener]:
     from spherical_wrist.cli.progress import counting_episodes
 
     if quiet:
-        yield Listener(warn=_warn)
+        yield Listener(warn=warned)
         return
     with counting_episodes() as progress:
-        yield Listener(progress, _warn)
+        yield Listener(progress, warned)
 
 
 def _new(file: Path, path: Path) -> Campaign:
@@ -149,7 +145,7 @@ def _replay(folder: Folder, id_: int, output: Path, as_json: bool) -> int:
 
     folder.check_consent()
     check_writable(output)
-    again = replay(folder, id_)
+    again = replay(folder, id_, warned)
     record(again.run, output)
     if as_json:
         outcome = again.run.outcome
@@ -169,16 +165,16 @@ def _replay(folder: Folder, id_: int, output: Path, as_json: bool) -> int:
     else:
         run_table(again.run, output)
         if again.stored is None:
-            print(f"episode {id_} is not stored yet: there is nothing to compare with")
+            print(f"episode {id_} is not stored: there is nothing to compare with")
     again.check()
     return 0 if again.run.outcome.status is Status.COMPLETED else 1
 
 
-def _report(folder: Folder, as_json: bool) -> None:
+def _report(folder: Folder, as_json: bool, warn: Callable[[str], None] = warned) -> None:
     """Print a summary of the episodes that are stored."""
     from spherical_wrist.campaign.summary import summary
 
-    episodes = folder.episodes(_warn)
+    episodes = folder.episodes(warn)
     laws = summary(episodes)
     stored, size = sum(law["episodes"] for law in laws), folder.campaign.size
     if as_json:

@@ -14,8 +14,8 @@ from spherical_wrist.recording.layout import ABOUT, ARCHIVE, FORMAT, JSON, SEAL,
 from spherical_wrist.recording.metrics_text import flattened, metrics_text
 from spherical_wrist.recording.plots import ranges, send_channels
 from spherical_wrist.recording.scene import draw_motion, draw_wrist, timeline
-from spherical_wrist.recording.seal import PLACEHOLDER, sealed
 from spherical_wrist.recording.stream import checked, recorded, send_texts
+from spherical_wrist.seal import PLACEHOLDER, sealed
 from spherical_wrist.wrist import Wrist
 
 

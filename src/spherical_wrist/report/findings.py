@@ -27,11 +27,11 @@ of an interval that is open, are null:
 ================  ===================================================================================================
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
 from spherical_wrist.campaign.folder import GIVEN, Folder
-from spherical_wrist.campaign.store import Column, columns
+from spherical_wrist.campaign.store import Column, columns, python_warning
 from spherical_wrist.errors import ParameterError
 from spherical_wrist.parameters import Parameters, unit_of
 from spherical_wrist.report.intervals import CONFIDENCE
@@ -57,12 +57,15 @@ class Curves(NamedTuple):
     parameters: tuple[Column, ...]
 
 
-def findings(folder: Folder, bound: float) -> tuple[dict[str, Any], Curves]:
+def findings(
+    folder: Folder, bound: float, warn: Callable[[str], None] = python_warning
+) -> tuple[dict[str, Any], Curves]:
     """Return the results of a campaign, as the object that is described above, and curves to draw.
 
     Args:
         folder: the campaign's folder; it need not be complete.
         bound: on the tip error [mm].
+        warn: called with a line about each file that is not trusted or not sealed.
 
     Raises:
         CampaignError: nothing is stored yet, or it cannot be read.
@@ -71,7 +74,7 @@ def findings(folder: Folder, bound: float) -> tuple[dict[str, Any], Curves]:
     if not 0.0 < bound < float("inf"):
         raise ParameterError(f"--bound {bound:g} [mm]: must be greater than 0")
     grid = folder.campaign.design == "grid"
-    with table_of(folder) as table:
+    with table_of(folder, warn) as table:
         laws = {law: counts(table, law, bound, intervals=not grid) for law in table.laws}
         for law, row in laws.items():
             row["quantiles"] = {

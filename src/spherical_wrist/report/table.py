@@ -6,7 +6,7 @@ run did not complete counts as worse than any that did: its figures are infinite
 at all are no fault of the law and left out, and so are those that completed but have nothing in the steady window.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -16,7 +16,7 @@ import duckdb
 
 from spherical_wrist.campaign.errors import CampaignError
 from spherical_wrist.campaign.folder import Folder
-from spherical_wrist.campaign.store import Column, columns, create_episodes_view
+from spherical_wrist.campaign.store import Column, columns, create_episodes_view, python_warning
 from spherical_wrist.errors import one_line
 
 FIGURES = {"error": "rms_error_rad", "tip": "max_tip_error_mm", "chattering": "chattering_Nm_per_s"}
@@ -59,15 +59,21 @@ class Table(NamedTuple):
 
 
 @contextmanager
-def table_of(folder: Folder) -> Iterator[Table]:
+def table_of(folder: Folder, warn: Callable[[str], None] = python_warning) -> Iterator[Table]:
     """The table of a campaign, in a folder of its own for temporary files, which goes when the context is left.
+
+    Args:
+        folder: the campaign's folder.
+        warn: called with a line about each file that is not trusted or not sealed.
 
     Raises:
         CampaignError: nothing is stored yet, or the table cannot be made.
     """
     files = folder.files
-    there, odd = files.scan()
-    paths = [files.path(files.batch(number)) for number in sorted(there)]
+    scan = files.scan()
+    for text in scan.doubts():
+        warn(text)
+    paths = [files.path(files.batch(number)) for number in sorted(scan.complete)]
     if not paths:
         raise CampaignError(f"{str(folder.path)!r} has no episodes yet: {folder.command('--resume')} runs them")
     parameters = tuple(columns(folder.campaign))
@@ -81,7 +87,7 @@ def table_of(folder: Folder) -> Iterator[Table]:
             base.execute(_measured(parameters))
             found = {law for (law,) in base.execute("SELECT DISTINCT law FROM episodes").fetchall()}
             laws = tuple(law for law in folder.campaign.bases if law in found)
-            yield Table(base, parameters, laws, tuple(odd))
+            yield Table(base, parameters, laws, tuple(scan.faults))
         finally:
             base.close()
 
