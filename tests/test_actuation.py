@@ -8,6 +8,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from scipy import signal, stats
 from scipy.integrate import quad
+from scipy.optimize import linprog
 from scipy.spatial.transform import Rotation
 
 from rigs import MOTORS, RigidBody, bits, directions, finished, loop, mjcf, one_line, quaternions, wrist_of
@@ -16,7 +17,7 @@ from spherical_wrist.actuation import Ideal, Realistic, SphericalMotor
 from spherical_wrist.actuation.cogging import cogging_torque
 from spherical_wrist.actuation.coils import allocate, coil_torque, condition, fill_map, gram
 from spherical_wrist.actuation.description import spread
-from spherical_wrist.actuation.drive import drive_of, set_torque_command, step_motors
+from spherical_wrist.actuation.drive import aim, drive_of, set_torque_command, step_motors
 from spherical_wrist.control import Law
 from spherical_wrist.errors import WristError
 from spherical_wrist.experiment.perturbation import Start
@@ -95,11 +96,44 @@ def test_a_resolution_is_that_of_the_torque_about_the_axis_of_the_motor():
     skew = drive(Ideal(torque_quantum=1e-3), motors=motors)
     control = np.zeros(3)
     for torque in np.random.default_rng(0).normal(0.0, 0.1, (50, 3)):
-        set_torque_command(skew, torque, HOME, REST, 0.0, control)
+        set_torque_command(skew, torque, control)
         steps = control * np.linalg.norm(motors, axis=0) / 1e-3
         np.testing.assert_allclose(steps, np.round(steps), atol=1e-9)
         exact = np.linalg.solve(motors, torque) * np.linalg.norm(motors, axis=0)
         assert np.abs(steps * 1e-3 - exact).max() <= 0.5e-3 * (1.0 + 1e-9)
+
+
+def limits(made, attitude=HOME):
+    """The largest torque about each body axis alone, as the law is told."""
+    found = np.empty(3)
+    aim(made, attitude, REST, 0.0, found)
+    return found
+
+
+def test_limits_of_skew_motors_are_where_the_first_of_them_saturates():
+    """By linear programming: the largest t for which ±t e_i is a torque of controls within ±1."""
+    motors = np.array([[2.0, 0.0, 0.0], [0.3, 0.4, 0.0], [0.0, 0.1, 1.0]]).T
+    found = limits(drive(Ideal(), motors=motors, limit=1.0))
+    for axis in range(3):
+        equal = np.hstack([motors, -np.eye(3)[:, axis : axis + 1]])
+        bounds = [(-1.0, 1.0)] * 3 + [(None, None)]
+        best = linprog([0.0, 0.0, 0.0, -1.0], A_eq=equal, b_eq=np.zeros(3), bounds=bounds)
+        assert found[axis] == pytest.approx(-best.fun, rel=1e-9)
+    assert np.isinf(limits(drive(Ideal()))).all()
+
+
+def test_limits_of_a_spherical_motor_are_where_its_allocation_is_cut():
+    """Just below them no current is at its limit, just above one is; and never more than the model's motors give."""
+    for attitude in Rotation.random(5, rng=np.random.default_rng(3)).as_quat(scalar_first=True):
+        coils = drive(SphericalMotor(), limit=10.0)
+        found, control = limits(coils, attitude), np.zeros(3)
+        for axis in range(3):
+            for share, cut in ((0.999, 0.0), (1.001, 1.0), (-0.999, 0.0), (-1.001, 1.0)):
+                assert set_torque_command(coils, share * found[axis] * np.eye(3)[axis], control) == cut
+        weak = limits(drive(SphericalMotor(), limit=1e-3), attitude)
+        np.testing.assert_allclose(weak, 1e-3, rtol=1e-12)
+    broken = drive(SphericalMotor(coils=3, layers=1))  # one ring makes no torque across the tool at home
+    assert not limits(broken).any()
 
 
 class Furious(Law):
@@ -151,7 +185,7 @@ def test_a_lag_within_a_period():
     """x(t) = 1 − exp(−t/T): the mean over every physics step, by quadrature."""
     lagging = drive(Ideal(lag=4e-4), step=2.5e-4)
     control, applied = np.zeros(3), np.zeros(3)
-    set_torque_command(lagging, (1.0, 0.0, -2.0), HOME, REST, 0.0, control)
+    set_torque_command(lagging, (1.0, 0.0, -2.0), control)
     for step in range(4):
         step_motors(lagging, HOME, REST, control, applied)
         mean = quad(lambda t: 1.0 - np.exp(-t / 4e-4), step * 2.5e-4, (step + 1) * 2.5e-4)[0] / 2.5e-4

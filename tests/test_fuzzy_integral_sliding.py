@@ -8,7 +8,8 @@ from spherical_wrist import Experiment, simulate
 from spherical_wrist.comparison.cases import DEFAULT, IDEAL, group_of
 from spherical_wrist.control import FuzzyIntegralSliding, Law, ModelBasedLaw
 from spherical_wrist.control.contract import COMMAND, SIGNAL
-from spherical_wrist.control.mismatch_observer import Mismatch, foresee, observe, remember, samples_since, start
+from spherical_wrist.control.mismatch_observer import Mismatch, foresee, observe, start
+from spherical_wrist.control.past_commands import remember, samples_since
 from spherical_wrist.experiment.presets import HARDWARE
 from spherical_wrist.loop.engine import interpreted_step
 from spherical_wrist.loop.outcome import Status
@@ -142,8 +143,10 @@ def rewritten(law, signals):
             s = s + (1 - p**3) * r
             d = d + 1.5 * (1 - p**2) * (1 - p) / T * r
             dd = dd + (1 - p) ** 3 / T**2 * r
-            held = np.abs(d) > law.mismatch_limit
-            d, dd = np.clip(d, -law.mismatch_limit, law.mismatch_limit), np.where(held, 0.0, dd)
+            most = 2.0 * signal["torque_limit"] / np.diag(signal["H"])
+            most = np.full(axes, law.mismatch_limit) if law.mismatch_limit else most
+            held = np.abs(d) > most
+            d, dd = np.clip(d, -most, most), np.where(held, 0.0, dd)
             limit = law.integral_limit / law.integral
         reaching = (1 - np.exp(-law.reaching * T)) / T
         before = g + reaching * np.array(law.phi) * np.tanh(s / np.array(law.phi)) + d + 0.5 * T * dd
@@ -161,6 +164,7 @@ def test_the_law_is_its_equations(size):
     smooth = np.cumsum(random.normal(size=(60, 3)), axis=0) / 5.0
     signals["error"], signals["rate_error"] = size * smooth, 10.0 * size * random.normal(size=(60, 3))
     signals["feed_forward"], signals["N"] = random.normal(size=(60, 3)), 0.01 * random.normal(size=(60, 3))
+    signals["torque_limit"] = (0.01, 0.2, 0.3)
     signals["H"] = 1e-4 * np.array([[4.0, 0.3, 0.1], [0.3, 3.8, 0.2], [0.1, 0.2, 1.5]])
     uneven = random.uniform(0.5, 5.0, (7, 3)).tolist()
     for law in (FuzzyIntegralSliding(), FuzzyIntegralSliding(rules=uneven, phi=(0.1, 0.5, 2.0), mismatch_limit=20.0)):

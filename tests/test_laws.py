@@ -47,6 +47,7 @@ def signals(count, seed=0):
     made["H"] = 1e-4 * (root @ root.transpose(0, 2, 1) + 3.0 * np.eye(3))
     made["N"] = 0.02 * random.normal(size=(count, 3))
     made["horizon"] = 5e-4
+    made["torque_limit"] = (0.25, 0.20, 0.33)
     return made
 
 
@@ -54,7 +55,7 @@ def steps(law, given, step=None):
     """The commands of a law for signals in a row, and its last state."""
     commands = np.full(len(given) * COMMAND.itemsize // 8, np.nan).view(COMMAND)
     state = law.packed_state()
-    run, packed = step or interpreted_step(law), law.packed()
+    run, packed = step or interpreted_step(law), law.packed(float(given["period"][0]))
     for signal, command in zip(given.view(np.recarray), commands.view(np.recarray), strict=True):
         run(signal, packed, state, command)
     return commands, state
@@ -64,7 +65,7 @@ def compiled_steps(law, given):
     """The same in machine code, which takes records as they are."""
     commands = np.full(len(given) * COMMAND.itemsize // 8, np.nan).view(COMMAND)
     state = law.packed_state()
-    run, packed = compiled_law(law), law.packed()
+    run, packed = compiled_law(law), law.packed(float(given["period"][0]))
     for k in range(len(given)):
         run(given[k], packed, state, commands[k])
     return commands, state
@@ -305,7 +306,7 @@ def test_the_units_of_the_parameters_fit_together(law):
     scaled = given.copy()
     for name, unit in {
         "time": "s", "period": "s", "rate": "rad/s", "desired_rate": "rad/s", "error": "rad", "rate_error": "rad/s",
-        "feed_forward": "rad/s²", "H": "N·m·s²/rad", "N": "N·m", "horizon": "s",
+        "feed_forward": "rad/s²", "H": "N·m·s²/rad", "N": "N·m", "horizon": "s", "torque_limit": "N·m",
     }.items():  # fmt: skip
         scaled[name] *= factor(unit, radian)
     changes = {}

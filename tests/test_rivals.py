@@ -36,6 +36,7 @@ from test_laws import SWITCHING, signals
 
 RIVALS = sorted(name for name, law in Law.members.items() if law.status == "rival")
 T = 1e-3
+MOTORS = signals(1)["torque_limit"][0]
 SINE = choice(AttitudeError, "sine")
 every_rival = pytest.mark.parametrize("name", RIVALS)
 
@@ -85,7 +86,7 @@ def feed_forward(s):
 def test_computed_torque_integral_is_a_pid_in_equation_14(gains):
     law, given_signals = ComputedTorqueIntegral(**gains), moderate(40, seed=20)
     torques, _, kept = made(law, given_signals)
-    w, limit = np.zeros(3), np.array(law.torque_limit)
+    w, limit = np.zeros(3), MOTORS
     for k, s in enumerate(given_signals):
         pd = np.array(law.Kp) * s["error"] + np.array(law.Kv) * s["rate_error"]
         rest = feed_forward(s) + s["H"] @ pd
@@ -102,7 +103,7 @@ def test_observer_filters_the_change_of_momentum(model, gains):
     """Ohnishi's Q-filter, or for the ramp a Luenberger observer of (d, v) with a double pole, in matrices."""
     law, given_signals = ComputedTorqueObserver(disturbance_model=model, **gains), moderate(40, seed=21)
     torques, _, kept = made(law, given_signals)
-    order, limit = {"constant": 1, "ramp": 2}[model], np.array(law.torque_limit)
+    order, limit = {"constant": 1, "ramp": 2}[model], MOTORS
     F = np.array([[1.0, T], [0.0, 1.0]])[:order, :order]
     p = np.exp(-law.bandwidth * T)
     gain = np.array([1.0 - p**order, (1.0 - p) ** 2 / T])[:order]
@@ -130,7 +131,7 @@ def test_time_delay_control_repeats_what_was_needed_one_period_ago(gains):
     """τ = H q̈_d + N + M̄ u + (τ⁻ − H⁻ q̈_d⁻ − N⁻ − M̄ ë), with ë the mean over the period, −dė/dt."""
     law, given_signals = TimeDelayControl(**gains), moderate(40, seed=22)
     torques, _, kept = made(law, given_signals)
-    limit, before, delta = np.array(law.torque_limit), None, np.zeros(3)
+    limit, before, delta = MOTORS, None, np.zeros(3)
     for k, s in enumerate(given_signals):
         M = law.inertia_share * s["H"]
         change = np.zeros(3) if before is None else (s["rate_error"] - before) / T
@@ -149,7 +150,7 @@ def test_geometric_tracking_is_the_geometric_pid_on_rotation_matrices(kind):
     law, given_signals = GeometricTracking(attitude_error=kind, Kr=2e3, Kw=90.0, Ki=900.0, slope=12.0), signals(40, 23)
     given_signals["error"] *= 3.1 / np.maximum(3.1, np.linalg.norm(given_signals["error"], axis=1))[:, None]
     torques, _, kept = made(law, given_signals)
-    w, limit = np.zeros(3), np.array(law.torque_limit)
+    w, limit = np.zeros(3), MOTORS
     for k, s in enumerate(given_signals):
         R = Rotation.from_rotvec(s["error"]).as_matrix()
         skew = R - R.T
@@ -167,7 +168,7 @@ def test_geometric_tracking_is_the_geometric_pid_on_rotation_matrices(kind):
 def test_super_twisting_is_the_algorithm_of_levant_beside_equation_24(switching, gains):
     law, given_signals = SuperTwisting(switching=switching, **gains), moderate(40, seed=24)
     torques, surfaces, kept = made(law, given_signals)
-    w, limit, phi = np.zeros(3), np.array(law.torque_limit), np.array(law.phi)
+    w, limit, phi = np.zeros(3), MOTORS, np.array(law.phi)
     for k, s in enumerate(given_signals):
         S = law.slope * s["error"] + s["rate_error"]
         direction = SWITCHING[switching](S if switching == "sign" else S / phi)
@@ -190,7 +191,8 @@ def test_boundary_layer_sliding_mode_is_chapter_7_of_slotine_and_li(integral, ga
     first, second = (2.0 * law.damping_ratio * law.slope, law.slope**2) if integral else (law.slope, 0.0)
     z, phi = np.zeros(3), None
     for k, s in enumerate(given_signals):
-        bound = np.array(law.disturbance) + law.uncertainty * np.abs(feed_forward(s)) / np.diag(s["H"])
+        least = np.maximum(law.disturbance, law.reserve * MOTORS / np.diag(s["H"]))
+        bound = least + law.uncertainty * np.abs(feed_forward(s)) / np.diag(s["H"])
         if phi is None:
             phi = bound / law.bandwidth
         else:
@@ -235,7 +237,7 @@ def test_slotine_li_is_the_adaptive_law_in_matrices(horizon):
         given_signals[name][::4] *= 20.0
     given_signals["horizon"] = horizon
     torques, surfaces, kept = made(law, given_signals)
-    theta, limit, rested, bounded = np.zeros(15), np.array(law.torque_limit), 0, np.zeros(CONSTANT)
+    theta, limit, rested, bounded = np.zeros(15), MOTORS, 0, np.zeros(CONSTANT)
     for k, s in enumerate(given_signals):
         H, S = s["H"], law.slope * s["error"] + s["rate_error"]
         a = s["feed_forward"] + law.slope * s["rate_error"]
@@ -556,7 +558,7 @@ def test_layer_takes_the_chattering_of_super_twisting_away():
 
 
 def test_layer_is_thin_at_rest_and_thick_in_motion():
-    law = BoundaryLayerSlidingMode()
+    law = BoundaryLayerSlidingMode(reserve=0.0)
     still = simulate(
         Experiment(law=law, reference={"name": "hold", "rotation": (0, 0, 0)}, duration=0.5, disturbance=0)
     )
@@ -570,7 +572,7 @@ def test_layer_is_thin_at_rest_and_thick_in_motion():
 
 def test_layer_follows_a_step_of_its_bound_as_a_first_order_filter():
     """φ̇ = −β φ + k: from D/β to (D + μ |N|/H)/β with the time constant 1/β."""
-    law = BoundaryLayerSlidingMode(bandwidth=80.0)
+    law = BoundaryLayerSlidingMode(bandwidth=80.0, reserve=0.0)
     given_signals = signals(60, seed=30)
     for name in ("error", "rate_error", "feed_forward"):
         given_signals[name] = 0.0
@@ -589,7 +591,7 @@ def test_layer_is_entered_from_outside_at_the_rate_of_its_gain(start):
     """On the nominal wrist at rest d|S|/dt = −k̄ = −D: S(t) = S(0) − D t until it is within φ = D/β."""
     D = 40.0
     law = {"name": "boundary_layer_sliding_mode", "integral": False, "slope": 5.0, "disturbance": D, "bandwidth": 100.0}
-    law["uncertainty"] = 0.0
+    law["uncertainty"] = law["reserve"] = 0.0
     rest = {"name": "hold", "rotation": (0.0, 0.0, 0.0)}
     run = simulate(
         Experiment(
@@ -666,7 +668,7 @@ def test_lyapunov_function_of_slotine_and_li_does_not_rise():
     true, known = RigidBody.of(plant), RigidBody.of(nominal)
     law = SlotineLi(
         slope=20.0, K=30.0, inertia_adaptation=5.0, gravity_adaptation=2e3, damping_adaptation=50.0,
-        torque_adaptation=500.0, inertia_limit=2.0, torque_limit=10.0,
+        torque_adaptation=500.0, inertia_limit=2.0, damping_limit=0.002, gravity_limit=0.05,
     )  # fmt: skip
     push, dt = np.array([0.002, -0.003, 0.001]), 5e-5
     goal = np.concatenate([(true.inertia - known.inertia)[np.triu_indices(3)], 9.81 * (true.moment - known.moment),
@@ -689,6 +691,7 @@ def test_lyapunov_function_of_slotine_and_li_does_not_rise():
         quaternion = attitude.as_quat(scalar_first=True)
         for name, value in {
             "period": dt, "attitude": quaternion, "rate": rate, "error": e, "rate_error": de, "H": H,
+            "torque_limit": 10.0,
             "feed_forward": turn.apply(a_d) - np.cross(rate, carried), "N": known.bias(quaternion, rate),
         }.items():  # fmt: skip
             signal[name] = value
@@ -738,6 +741,53 @@ def test_time_delay_control_needs_less_than_twice_the_inertia(share, stable):
     assert (run.outcome.status is Status.COMPLETED and not run.saturated[100:].any()) == stable
 
 
+# --- the limits of the motors
+
+SLENDER = """
+<mujoco>
+  <option timestep="0.001" integrator="RK4"/>
+  <default><geom contype="0" conaffinity="0"/></default>
+  <worldbody>
+    <body name="hand" pos="0 0 0.5">
+      <joint name="wrist" type="ball" damping="0.01"/>
+      <geom type="capsule" fromto="0 0 0 0 0 0.12" size="0.02" mass="0.4"/>
+      <geom type="box" pos="0.01 0 0.14" size="0.03 0.01 0.02" mass="0.15"/>
+      <site name="tip" pos="0 0 0.16"/>
+    </body>
+  </worldbody>
+  <actuator>
+    <motor joint="wrist" gear="1 0 0" ctrlrange="-2 2"/>
+    <motor joint="wrist" gear="0 1 0" ctrlrange="-2 2"/>
+    <motor joint="wrist" gear="0 0 1" ctrlrange="-2 2"/>
+  </actuator>
+</mujoco>"""
+"""A hand of half a kilogram on strong motors: 25 % of its torque is 900 rad/s² about its own axis."""
+
+
+@pytest.mark.parametrize("name", ["fuzzy_integral_sliding", *RIVALS])
+def test_what_is_believed_of_a_disturbance_grows_with_the_motors(name, tmp_path):
+    """Neither the light spin axis of a strong hand nor a fifth of a motor's torque makes a wrist spin."""
+    (tmp_path / "hand.xml").write_text(SLENDER)
+    hand = Experiment(law=name, model=tmp_path / "hand.xml", duration=3.0)
+    pushed = Experiment(law=name, disturbance={"name": "constant", "amplitude": 0.06}, duration=3.0)
+    for experiment in (hand, pushed):
+        metrics = simulate(experiment, keep_series=False).metrics
+        assert metrics.rms_error_rad < 1e-4
+        assert metrics.saturated_fraction == 0.0
+
+
+def test_a_limit_of_its_own_spares_the_motors():
+    """Below the motors' it holds, above them theirs does: the integral takes no more than the smaller of the two."""
+    still = {"reference": "hold", "mass_scale": 1, "disturbance": {"name": "constant", "amplitude": 0.1}}
+    for own, most in ((0.0, 0.1), (0.04, 0.04), (9.0, 0.1)):
+        law = ComputedTorqueIntegral(torque_limit=own)
+        integral = np.abs(state_of(simulate(Experiment(law=law, duration=1.0, **still))).integral)
+        if most < 0.1:
+            assert integral.max() <= most
+        else:
+            assert integral[-1] == pytest.approx(most, rel=1e-6)
+
+
 # --- the defaults
 
 
@@ -748,6 +798,7 @@ def linear(law, inertia, axis):
     def after(state, e, de):
         signal, command = np.zeros(1, SIGNAL), np.zeros(1, COMMAND)
         signal["period"], signal["H"], signal["attitude"] = T, np.diag(inertia), (1.0, 0.0, 0.0, 0.0)
+        signal["torque_limit"], signal["horizon"] = np.inf, 2.5 * T
         signal["error"][0, axis], signal["rate_error"][0, axis], signal["rate"][0, axis] = e, de, -de
         state = state.copy()
         step(signal.view(np.recarray)[0], packed, state, command.view(np.recarray)[0])

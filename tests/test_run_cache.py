@@ -228,7 +228,7 @@ def test_the_least_recently_used_value_goes_first():
 def test_laws_are_tried_and_packed_once_for_each():
     cache = RunCache()
     law = EXPERIMENTS[0].law
-    assert cache.law(law) is cache.law(law)
-    assert cache.law(law.replaced(K=0.01)).packed.tobytes() != cache.law(law).packed.tobytes()
+    assert cache.law(law, 1e-3) is cache.law(law, 1e-3)
+    assert cache.law(law.replaced(K=0.01), 1e-3).packed.tobytes() != cache.law(law, 1e-3).packed.tobytes()
     run(EXPERIMENTS[0], cache)
     assert cache.checked_laws == {type(law)}

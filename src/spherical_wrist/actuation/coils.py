@@ -77,6 +77,33 @@ def condition(g: Any) -> float:
     return sqrt(largest / smallest) if smallest > 1e-14 * largest else np.inf
 
 
+def largest_torques(K: Array, g: Any, limit: float) -> Vector3:
+    """Return the largest torque about each axis alone that currents within ±``limit`` [A] make [N·m].
+
+    The currents of least norm for a unit torque about axis i are Kᵀ (K Kᵀ)⁻¹ e_i.
+
+    Args:
+        K: torque map as the controller believes it.
+        g: ``gram(K)``.
+        limit: largest current [A].
+    """
+    a, b, c, d, e, f = g
+    A, D, E = b * c - f * f, e * f - d * c, d * f - b * e  # cofactors of K Kᵀ
+    determinant = a * A + d * D + e * E
+    scale = a + b + c
+    if determinant <= 1e-14 * scale * scale * scale:
+        return (0.0, 0.0, 0.0)
+    B, C, F = a * c - e * e, a * b - d * d, d * e - a * f
+    x = y = z = 0.0
+    for j in range(K.shape[1]):
+        u, v, w = K[0, j], K[1, j], K[2, j]
+        x = max(x, abs(A * u + D * v + E * w))
+        y = max(y, abs(D * u + B * v + F * w))
+        z = max(z, abs(E * u + F * v + C * w))
+    unit = limit * determinant
+    return (unit / x, unit / y, unit / z)
+
+
 def allocate(K: Array, g: Any, torque: Vector3, limit: float, current: Array) -> bool:
     """Write the currents of least norm [A], (N,), that make ``torque`` [N·m]; whether the limit cut them.
 

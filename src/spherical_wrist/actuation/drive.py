@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from spherical_wrist.actuation.cogging import cogging_torque
-from spherical_wrist.actuation.coils import allocate, coil_torque, condition, fill_map, gram
+from spherical_wrist.actuation.coils import allocate, coil_torque, condition, fill_map, gram, largest_torques
 from spherical_wrist.actuation.description import Actuation, SphericalMotor, spread
 from spherical_wrist.so3 import Quaternion, Vector3, advance
 
@@ -116,19 +116,44 @@ def _inverse(motors: bytes) -> Array:
     return np.asarray(np.linalg.inv(np.frombuffer(motors).reshape(3, 3)), dtype=np.float64)
 
 
-def set_torque_command(drive: Drive, torque: Any, seen: Quaternion, rate: Any, age: float, control: Array) -> float:
-    """Set the torque command [N·m]: write ``drive.wanted``, and into ``control`` the motor controls for that torque.
+def aim(drive: Drive, seen: Quaternion, rate: Any, age: float, limit: Array) -> None:
+    """Find the torque map of the coils for the next torque command, and what the motors can give.
 
     Coils get the currents for the attitude in which they will act, that predicted for the middle of the period and the
     lag after it: they are held while the rotor turns on, and at 3 rad/s and 1 ms the field of eight poles has turned
     by 6 mrad of its phase until then, an error of as many parts of a coil's torque.
 
     Args:
-        drive: the motors.
-        torque: commanded body-frame torque, (3,).
+        drive: the motors, whose torque map and its condition number are written.
         seen: measured attitude.
         rate: measured rate [rad/s], (3,).
         age: known age of that measurement [s].
+        limit: largest torque about each body axis alone, in both directions [N·m], (3,), written.
+    """
+    now = drive.settings
+    for i in range(3):
+        limit[i] = np.inf
+        for j in range(3):
+            share = abs(now.controls[j, i])
+            if share > 0.0:
+                limit[i] = min(limit[i], max(0.0, min(now.upper[j], -now.lower[j])) / share)
+    if len(drive.coils) == 0:
+        return
+    then = advance(seen, (rate[0], rate[1], rate[2]), _NO_ACCELERATION, age + now.ahead)
+    fill_map(then.attitude, drive.coils, drive.believed, now.order, drive.K)
+    entries = gram(drive.K)
+    now.condition = condition(entries)
+    most = largest_torques(drive.K, entries, now.limit)
+    for i in range(3):
+        limit[i] = min(limit[i], most[i])
+
+
+def set_torque_command(drive: Drive, torque: Any, control: Array) -> float:
+    """Set the torque command [N·m]: write ``drive.wanted``, and into ``control`` the motor controls for that torque.
+
+    Args:
+        drive: the motors, for which :func:`aim` has found the torque map.
+        torque: commanded body-frame torque, (3,).
         control: motor controls within their limits (3,), written.
 
     Returns:
@@ -154,11 +179,7 @@ def set_torque_command(drive: Drive, torque: Any, seen: Quaternion, rate: Any, a
         for i in range(3):
             drive.wanted[i] = control[i]
         return saturated
-    then = advance(seen, (rate[0], rate[1], rate[2]), _NO_ACCELERATION, age + now.ahead)
-    fill_map(then.attitude, drive.coils, drive.believed, now.order, drive.K)
-    entries = gram(drive.K)
-    now.condition = condition(entries)
-    cut = allocate(drive.K, entries, motor_torque(now.motors, control), now.limit, drive.wanted)
+    cut = allocate(drive.K, gram(drive.K), motor_torque(now.motors, control), now.limit, drive.wanted)
     return 1.0 if cut else saturated
 
 

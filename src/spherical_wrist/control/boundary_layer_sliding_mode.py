@@ -1,6 +1,6 @@
 """Sliding mode with a boundary layer whose thickness follows the uncertainty of the moment."""
 
-from math import exp
+from math import exp, isfinite
 from typing import Any, ClassVar
 
 from spherical_wrist.control.contract import Bound, Command, LawState, LawStatus, ModelBasedLaw, Signal
@@ -17,7 +17,8 @@ class BoundaryLayerSlidingMode(ModelBasedLaw):
         S = ė + λ e                 without, λ₁ = λ, λ₀ = 0 (Slotine and Sastry, 1983),
 
     and k = D + μ |H q̈_d + N| / H_ii [rad/s²] bounds what the model can miss: a disturbance D, and a share μ of the
-    model's own torque, μ = 1/m − 1 for a plant of m < 1 times the mass.
+    model's own torque, μ = 1/m − 1 for a plant of m < 1 times the mass. D is at least a share (``reserve``) of what
+    the motors can do, τ_max / H_ii, so that it suits light axes with strong motors too.
 
     Derivation (Slotine and Li, 1991, Applied Nonlinear Control, section 7.2): with Δ = H⁻¹ d, d the torque beyond the
     nominal model, a torque Û + H k̄ sat(S/φ) gives Ṡ = −Δ − k̄ sat(S/φ). For |Δ| < k the choice k̄ = k − φ̇ makes
@@ -32,7 +33,7 @@ class BoundaryLayerSlidingMode(ModelBasedLaw):
     only while |S| < φ or where that lowers |S|, so that it cannot wind up.
 
     Defaults: λ, ζ and β by the criterion of ``ComputedTorqueIntegral``, far from β = λ and ζ = 1; D at least seven
-    times the acceleration by 25 %, and μ = 1, for half the mass.
+    times the acceleration by 25 % and 0.3 of what the motors can do, and μ = 1, for half the mass.
     """
 
     status: ClassVar[LawStatus] = "rival"
@@ -51,12 +52,13 @@ class BoundaryLayerSlidingMode(ModelBasedLaw):
     disturbance: PositiveVector = quantity(
         (130.0, 130.0, 210.0), "rad/s²", "bound D on the acceleration by disturbances, per axis"
     )
+    reserve: NonNegative = quantity(0.3, "", "least D, as a share of what the motors can do", gain=False)
     uncertainty: NonNegative = quantity(1.0, "", "bound μ on what the model misses, as a share of its own torque")
     integral: bool = quantity(True, "", "integral action on the surface")
 
     @property
     def boundary_layer(self) -> tuple[float, float, float]:
-        """The layer where the model has no torque, φ = D/β: the thinnest there is."""
+        """φ = D/β of the declared D: the thinnest layer there is; strong motors make it wider."""
         x, y, z = self.disturbance
         return (x / self.bandwidth, y / self.bandwidth, z / self.bandwidth)
 
@@ -72,7 +74,10 @@ class BoundaryLayerSlidingMode(ModelBasedLaw):
             command.torque[i] = signal.N[i]
             for j in range(3):
                 command.torque[i] += signal.H[i, j] * signal.feed_forward[j]
-            bound = parameters.disturbance[i] + parameters.uncertainty * abs(command.torque[i]) / signal.H[i, i]
+            least, most = parameters.disturbance[i], signal.torque_limit[i] / signal.H[i, i]
+            if isfinite(most):
+                least = max(least, parameters.reserve * most)
+            bound = least + parameters.uncertainty * abs(command.torque[i]) / signal.H[i, i]
             balanced, layer = bound / bandwidth, state.layer[i]
             state.layer[i] = balanced if layer == 0.0 else balanced + (layer - balanced) * decay
         for j in range(3):

@@ -4,7 +4,7 @@ from typing import Any, ClassVar
 
 from spherical_wrist.control.computed_torque import ComputedTorque, computed_torque
 from spherical_wrist.control.contract import Bound, Command, LawState, LawStatus, Signal
-from spherical_wrist.control.torque_limit import LimitAwareLaw, integrated
+from spherical_wrist.control.torque_limit import LimitAwareLaw, integrated, limit_of
 from spherical_wrist.parameters import NonNegativeVector, PositiveVector, Vector, inherited, quantity
 
 
@@ -53,5 +53,6 @@ class ComputedTorqueIntegral(LimitAwareLaw, ComputedTorque):
             change = 0.0
             for j in range(3):
                 change += signal.period * signal.H[i, j] * parameters.Ki[j] * signal.error[j]
-            state.integral[i] = integrated(state.integral[i], change, command.torque[i], parameters.torque_limit[i])
+            limit = limit_of(signal, i, parameters.torque_limit)
+            state.integral[i] = integrated(state.integral[i], change, command.torque[i], limit)
             command.torque[i] += state.integral[i]

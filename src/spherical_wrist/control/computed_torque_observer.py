@@ -6,7 +6,7 @@ from typing import Any, ClassVar, Literal
 from spherical_wrist.control.computed_torque import ComputedTorque, computed_torque
 from spherical_wrist.control.contract import Bound, Command, LawStatus, Signal, choice
 from spherical_wrist.control.past_period import PastPeriod, missed_torque, remember
-from spherical_wrist.control.torque_limit import LimitAwareLaw, limited
+from spherical_wrist.control.torque_limit import LimitAwareLaw, limit_of, limited
 from spherical_wrist.parameters import NonNegativeVector, Positive, PositiveVector, Vector, inherited, quantity
 
 DisturbanceModel = Literal["constant", "ramp"]
@@ -59,7 +59,7 @@ class ComputedTorqueObserver(LimitAwareLaw, ComputedTorque):
         pole = exp(-parameters.bandwidth * signal.period)
         for i in range(3):
             estimate, growth = state.estimate[i], state.growth[i]
-            missed, limit = missed_torque(signal, i, state), parameters.torque_limit[i]
+            missed, limit = missed_torque(signal, i, state), limit_of(signal, i, parameters.torque_limit)
             if parameters.disturbance_model == RAMP:
                 innovation = missed - (estimate + growth)
                 estimate += growth + (1.0 - pole * pole) * innovation

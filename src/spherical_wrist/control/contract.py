@@ -56,10 +56,13 @@ SIGNAL = np.dtype(
         ("H", "f8", (3, 3)),
         ("N", "f8", 3),
         ("horizon", "f8"),
+        ("torque_limit", "f8", 3),
     ],
     align=True,
 )
 COMMAND = channels.COMMAND
+USUAL_PERIOD = 1e-3
+"""Control period [s] for which a law is packed unless another is given."""
 
 
 # origin of a law: a simple baseline, the source paper, a strong law of the literature, this project, or a user
@@ -96,6 +99,8 @@ class Signal(Protocol):
             ask for gravity only, gravity at rest.
         horizon: how far ahead of the sample H, N and feed-forward are evaluated [s]: half a period, and what is known
             of the age of the sample and the lag of the motors; 0 without prediction.
+        torque_limit: largest torque about each body axis alone that the motors in use give [N·m]; of coils, at this
+            attitude. Infinite for motors without a limit.
     """
 
     time: float
@@ -110,6 +115,7 @@ class Signal(Protocol):
     H: Array
     N: Array
     horizon: float
+    torque_limit: Array
 
 
 class Command(Protocol):
@@ -249,11 +255,29 @@ class Law(Member):
         """
         return {}
 
-    def packed(self) -> Array:
-        """Return the parameters as the bytes of one record of :meth:`layout`, in a float64 array for the loop."""
+    def designed(self, period: float) -> Mapping[str, Array]:
+        """Return arrays that follow from the parameters and the control period [s], such as the gains of a filter.
+
+        ``step`` sees them beside the parameters. Their shapes must not depend on the period.
+        """
+        return {}
+
+    def computed(self) -> dict[str, Array]:
+        """Return the arrays of :meth:`derived`, and those of :meth:`designed` for the usual period."""
+        return {**self.derived(), **self.designed(USUAL_PERIOD)}
+
+    def packed(self, period: float = USUAL_PERIOD) -> Array:
+        """Return the parameters as the bytes of one record of :meth:`layout`, in a float64 array for the loop.
+
+        Args:
+            period: control period [s], for the arrays of :meth:`designed`.
+        """
         record = np.zeros(1, self.layout())
         for name, value in self._arrays.items():
             record[name] = value
+        if period != USUAL_PERIOD:
+            for name, value in self.designed(period).items():
+                record[name] = value
         return record.view(np.float64)
 
     def layout(self) -> np.dtype[Any]:
@@ -268,9 +292,9 @@ class Law(Member):
 
     @cached_property
     def _arrays(self) -> dict[str, Array]:
-        """Return the parameters, then the arrays that are derived from them."""
+        """Return the parameters, then the arrays that are derived from them, the last for the usual period."""
         parameters = {name: _numbers(self, name) for name in type(self).model_fields}
-        derived = {name: np.asarray(value, dtype=np.float64) for name, value in self.derived().items()}
+        derived = {name: np.asarray(value, dtype=np.float64) for name, value in self.computed().items()}
         for name in derived.keys() & parameters.keys():
             raise LawError(f"law {self.name!r}: derived() returns {name!r}, the name of a parameter: take another")
         return {**parameters, **derived}

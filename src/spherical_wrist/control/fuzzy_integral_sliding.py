@@ -5,9 +5,11 @@ from typing import Any, ClassVar
 
 from spherical_wrist.control.contract import Bound, Command, LawStatus, ModelBasedLaw, Signal
 from spherical_wrist.control.fuzzy_sliding_computed_torque import Rules
-from spherical_wrist.control.mismatch_observer import Mismatch, foresee, observe, remember, samples_since, start
+from spherical_wrist.control.mismatch_observer import Mismatch, foresee, observe, start
+from spherical_wrist.control.past_commands import arrive, remember
+from spherical_wrist.control.torque_limit import largest_mismatch
 from spherical_wrist.fuzzy import sugeno
-from spherical_wrist.parameters import Positive, PositiveVector, Vector, quantity
+from spherical_wrist.parameters import NonNegative, Positive, PositiveVector, Vector, quantity
 
 RULES: tuple[tuple[float, float, float], ...] = (
     # rate:  N    Z    P         error:
@@ -65,11 +67,9 @@ class FuzzyIntegralSliding(ModelBasedLaw):
     tracks_to: ClassVar[Bound] = Bound(2.4e-6, 4.4e-6)
 
     class State(Mismatch):
-        """Observer, integral of the surface, and lateness of the last sample."""
+        """Observer, and integral of the surface."""
 
         integral: Vector = quantity(0.0, "rad·s", "z, the error that the surface integrates")
-        late: float = quantity(0.0, "", "lateness of the last sample, in periods")
-        running: float = quantity(0.0, "", "1 after the first step")
 
     slope: Positive = quantity(32.0, "1/s", "slope λ of the surface, times α")
     integral: Positive = quantity(68.0, "1/s²", "integral gain λ_I of the surface")
@@ -77,7 +77,9 @@ class FuzzyIntegralSliding(ModelBasedLaw):
     reaching: Positive = quantity(210.0, "1/s", "rate κ at which S decays within the layer")
     phi: PositiveVector = quantity(1.0, "rad/s", "boundary layer φ per axis; κ φ is the most that is spent on reaching")
     bandwidth: Positive = quantity(335.0, "1/s", "bandwidth ω of the mismatch observer")
-    mismatch_limit: Positive = quantity(200.0, "rad/s²", "largest mismatch δ̂ that is believed")
+    mismatch_limit: NonNegative = quantity(
+        0.0, "rad/s²", "largest mismatch δ̂ that is believed; 0 for twice what the motors can do", gain=False
+    )
     rules: Rules = quantity(RULES, "", "rule weights of α: rows NB … PB of the error, columns N, Z, P of its rate")
     error_floor: Positive = quantity(0.003, "rad", "error below which its scale is linear: ten times the noise")
     error_scale: Positive = quantity(1.0, "rad", "error at which it is fully big (NB, PB)")
@@ -92,10 +94,8 @@ class FuzzyIntegralSliding(ModelBasedLaw):
     def step(signal: Signal, parameters: Any, state: Any, command: Command) -> None:
         """See the class."""
         period = signal.period
-        late = max(0.0, signal.horizon / period - 0.5)
         running = state.running > 0.5
-        periods = samples_since(state.late, late) if running else 0
-        state.running, state.late = 1.0, late
+        late, periods = arrive(signal, state)
         reaching = (1.0 - exp(-parameters.reaching * period)) / period  # the same decay, at the instants
         for i in range(3):
             e, de = signal.error[i], signal.rate_error[i]
@@ -106,7 +106,8 @@ class FuzzyIntegralSliding(ModelBasedLaw):
             surface = slope * e + de + parameters.integral * state.integral[i]
             if running:
                 known = slope * de + pull * e
-                bandwidth, limit = parameters.bandwidth, parameters.mismatch_limit
+                bandwidth, own = parameters.bandwidth, parameters.mismatch_limit
+                limit = own if own > 0.0 else largest_mismatch(signal, i)
                 observe(state, i, surface, known, periods, late, period, bandwidth, limit)
             else:
                 start(state, i, surface)

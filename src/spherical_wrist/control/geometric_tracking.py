@@ -4,7 +4,7 @@ from math import sin, sqrt
 from typing import Any, ClassVar, Literal
 
 from spherical_wrist.control.contract import Array, Bound, Command, LawState, LawStatus, Signal, choice
-from spherical_wrist.control.torque_limit import LimitAwareLaw, integrated
+from spherical_wrist.control.torque_limit import LimitAwareLaw, integrated, limit_of
 from spherical_wrist.parameters import NonNegative, Positive, Vector, quantity
 
 AttitudeError = Literal["sine", "half_angle"]
@@ -59,7 +59,8 @@ class GeometricTracking(LimitAwareLaw):
                 acceleration = signal.feed_forward[j] + parameters.Kr * e[j] + parameters.Kw * de[j]
                 command.torque[i] += signal.H[i, j] * acceleration
                 change += signal.period * parameters.Ki * signal.H[i, j] * (de[j] + parameters.slope * e[j])
-            state.integral[i] = integrated(state.integral[i], change, command.torque[i], parameters.torque_limit[i])
+            limit = limit_of(signal, i, parameters.torque_limit)
+            state.integral[i] = integrated(state.integral[i], change, command.torque[i], limit)
             command.torque[i] += state.integral[i]
 
 

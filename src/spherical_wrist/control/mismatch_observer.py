@@ -10,40 +10,23 @@ predicts one period T, and the innovation r = S − Ŝ corrects by (1 − p³) r
 In continuous time δ − δ̂ = (s + 3 ω) δ̈ / (s + ω)³, or 3 δ̈ / ω² where δ changes slowly: it follows ramps without lag,
 unlike that of a single integrator. It is an extended state observer in the sense of Han (2009).
 
-The torque that acts during the period before a sample is not the one that was asked for last: the sample is ``late``
-periods old when it is used, the age of the sample and the lag of the motors together. So the w that were asked for are
-kept, and what they are about to do is added to the sample. A law that uses the observer derives its state from
-:class:`Mismatch`.
+The w that acted before a sample, and those that are about to act, are those of ``past_commands``. A law that uses the
+observer derives its state from :class:`Mismatch`.
 """
 
-from math import exp, floor
+from math import exp
 from typing import Any
 
-from spherical_wrist.control.contract import LawState
+from spherical_wrist.control.past_commands import PAST, PastCommands, asked, project
 from spherical_wrist.parameters import Vector, quantity
 
-PAST = 16
-"""Periods for which w is kept: beyond that lateness the oldest one stands for those before it."""
 
-_Past = tuple[tuple[float, ...], tuple[float, ...], tuple[float, ...]]
-
-
-class Mismatch(LawState):
+class Mismatch(PastCommands):
     """State of the observer, per axis."""
 
     surface: Vector = quantity(0.0, "rad/s", "estimated surface Ŝ")
     mismatch: Vector = quantity(0.0, "rad/s²", "estimated mismatch δ̂")
     growth: Vector = quantity(0.0, "rad/s³", "its rate of change δ̂'")
-    past: _Past = quantity(((0.0,) * PAST,) * 3, "rad/s²", "w of the last periods, the newest first")
-
-
-def asked(state: Any, axis: int, back: float) -> float:
-    """Return the mean of w [rad/s²] over the period that ended ``back`` periods before now, any fraction of them."""
-    whole = floor(back)
-    part = back - whole
-    newer, older = min(PAST - 1, whole), min(PAST - 1, whole + 1)
-    mean: float = (1.0 - part) * state.past[axis, newer] + part * state.past[axis, older]
-    return mean
 
 
 def observe(
@@ -92,28 +75,9 @@ def foresee(state: Any, axis: int, rate_error: float, late: float, period: float
         The changes of the error e [rad] and of its rate ė [rad/s], and the mismatch δ [rad/s²] in the middle of the
         period in which that torque acts.
     """
-    whole = floor(late)
-    turned, gained, passed = 0.0, 0.0, 0.0
-    for j in range(whole + 1):
-        span = period * (late - whole) if j == 0 else period
-        w = state.past[axis, min(PAST - 1, whole - j)]
-        acceleration = state.mismatch[axis] + state.growth[axis] * (passed + 0.5 * span) - w
-        turned += span * (rate_error + gained + 0.5 * span * acceleration)
-        gained += span * acceleration
-        passed += span
-    return turned, gained, state.mismatch[axis] + state.growth[axis] * (passed + 0.5 * period)
-
-
-def remember(state: Any, axis: int, w: float) -> None:
-    """Keep the w [rad/s²] of the period that begins now."""
-    for j in range(PAST - 1, 0, -1):
-        state.past[axis, j] = state.past[axis, j - 1]
-    state.past[axis, 0] = w
-
-
-def samples_since(before: float, late: float) -> int:
-    """Return the periods between the last sample and this one, from the lateness of both; 0 if no new one came."""
-    return max(0, min(PAST, int(1 + floor(before - late + 0.5))))
+    mismatch, growth = state.mismatch[axis], state.growth[axis]
+    turned, gained = project(state, axis, rate_error, mismatch, growth, late, period)
+    return turned, gained, mismatch + growth * (late + 0.5) * period
 
 
 def start(state: Any, axis: int, surface: float) -> None:

@@ -14,7 +14,7 @@ A law that uses these functions derives its state from :class:`PastPeriod`.
 from typing import Any
 
 from spherical_wrist.control.contract import Array, Command, LawState, Signal
-from spherical_wrist.control.torque_limit import limited
+from spherical_wrist.control.torque_limit import limit_of, limited
 from spherical_wrist.parameters import Vector, quantity
 
 
@@ -41,10 +41,10 @@ def missed_torque(signal: Signal, axis: int, state: Any) -> float:
     return float(missed)
 
 
-def remember(signal: Signal, command: Command, limit: Array, state: Any) -> None:
-    """Keep δ and ė for the next step; of the torque as much as the motors give, ``limit`` [N·m] per axis."""
+def remember(signal: Signal, command: Command, own: Array, state: Any) -> None:
+    """Keep δ and ė for the next step; of the torque as much as the motors give, or ``own`` allows, if not 0 [N·m]."""
     for i in range(3):
-        state.deviation[i] = limited(command.torque[i], limit[i]) - signal.N[i]
+        state.deviation[i] = limited(command.torque[i], limit_of(signal, i, own)) - signal.N[i]
         for j in range(3):
             state.deviation[i] -= signal.H[i, j] * signal.feed_forward[j]
         state.rate_error[i] = signal.rate_error[i]

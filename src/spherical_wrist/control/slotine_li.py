@@ -5,7 +5,7 @@ from typing import Any, ClassVar
 
 from spherical_wrist.control.contract import Array, Bound, Command, LawState, LawStatus, Signal
 from spherical_wrist.control.sliding_mode import equivalent_torque
-from spherical_wrist.control.torque_limit import LimitAwareLaw, integrated, limited
+from spherical_wrist.control.torque_limit import LimitAwareLaw, integrated, limit_of, limited
 from spherical_wrist.parameters import NonNegative, Positive, Vector, quantity
 from spherical_wrist.so3 import Vector3, cross
 
@@ -61,8 +61,12 @@ class SlotineLi(LimitAwareLaw):
     damping_adaptation: NonNegative = quantity(0.07, "1/rad²", "adaptation gain of the damping")
     torque_adaptation: NonNegative = quantity(17400.0, "1/s²", "adaptation gain of the constant torque")
     inertia_limit: Positive = quantity(0.5, "", "largest deviation of the inertia, as a share of the nominal one")
-    gravity_limit: Positive = quantity(0.05, "N·m", "largest deviation of the gravity moment")
-    damping_limit: Positive = quantity(0.002, "N·m·s/rad", "largest deviation of the damping")
+    gravity_limit: NonNegative = quantity(
+        0.0, "N·m", "largest deviation of the gravity moment; 0 for what the motors can hold", gain=False
+    )
+    damping_limit: NonNegative = quantity(
+        0.0, "N·m·s/rad", "largest deviation of the damping; 0 for a tenth of the law's own, K h", gain=False
+    )
 
     @staticmethod
     def step(signal: Signal, parameters: Any, state: Any, command: Command) -> None:
@@ -79,7 +83,7 @@ class SlotineLi(LimitAwareLaw):
         saturated = False
         for i in range(3):
             command.torque[i] += learned[i]
-            change, limit = 0.0, parameters.torque_limit[i]
+            change, limit = 0.0, limit_of(signal, i, parameters.torque_limit)
             for j in range(3):
                 command.torque[i] += H[i, j] * parameters.K * s[j]
                 change += signal.period * parameters.torque_adaptation * H[i, j] * s[j]
@@ -138,8 +142,12 @@ def adapt(
             limit = parameters.inertia_limit * sqrt(H[i, i] * H[j, j])
             theta.inertia[n] = limited(theta.inertia[n] + size * parameters.inertia_adaptation * gradient, limit)
             n += 1
+    drag = parameters.damping_limit
+    if drag == 0.0:
+        drag = 0.1 * parameters.K * size / signal.period
     for i in range(3):
+        hold = signal.torque_limit[i] if parameters.gravity_limit == 0.0 else parameters.gravity_limit
         gravity = theta.gravity[i] + size * parameters.gravity_adaptation * g[i]
         damping = theta.damping[i] + size * parameters.damping_adaptation * rate[i] * s[i]
-        theta.gravity[i] = limited(gravity, parameters.gravity_limit)
-        theta.damping[i] = limited(damping, parameters.damping_limit)
+        theta.gravity[i] = limited(gravity, hold)
+        theta.damping[i] = limited(damping, drag)

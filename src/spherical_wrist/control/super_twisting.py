@@ -6,7 +6,7 @@ from typing import Any, ClassVar
 from spherical_wrist.control.contract import Bound, Command, LawState, LawStatus, Signal
 from spherical_wrist.control.sliding_mode import equivalent_torque
 from spherical_wrist.control.switching import SIGN, SwitchingName, switch
-from spherical_wrist.control.torque_limit import LimitAwareLaw, integrated
+from spherical_wrist.control.torque_limit import LimitAwareLaw, integrated, limit_of
 from spherical_wrist.parameters import Positive, PositiveVector, Vector, quantity
 
 
@@ -71,5 +71,6 @@ class SuperTwisting(LimitAwareLaw):
                 root = sqrt(abs(surface) if parameters.switching == SIGN else max(abs(surface), layer))
                 command.torque[i] += signal.H[i, j] * parameters.k1[j] * root * direction
                 change += signal.period * signal.H[i, j] * parameters.k2[j] * direction
-            state.integral[i] = integrated(state.integral[i], change, command.torque[i], parameters.torque_limit[i])
+            limit = limit_of(signal, i, parameters.torque_limit)
+            state.integral[i] = integrated(state.integral[i], change, command.torque[i], limit)
             command.torque[i] += state.integral[i]

@@ -4,7 +4,7 @@ from typing import Any, ClassVar
 
 from spherical_wrist.control.contract import Bound, Command, LawStatus, Signal
 from spherical_wrist.control.past_period import PastPeriod, rate_error_change, remember
-from spherical_wrist.control.torque_limit import LimitAwareLaw, limited
+from spherical_wrist.control.torque_limit import LimitAwareLaw, limit_of, limited
 from spherical_wrist.parameters import NonNegativeVector, Positive, PositiveVector, quantity
 
 
@@ -49,5 +49,5 @@ class TimeDelayControl(LimitAwareLaw):
                 wanted = parameters.Kv[j] * signal.rate_error[j] + parameters.Kp[j] * signal.error[j]
                 command.torque[i] += signal.H[i, j] * signal.feed_forward[j] + share * wanted
                 needed += share * rate_error_change(signal, j, state)
-            command.torque[i] += limited(needed, parameters.torque_limit[i])
+            command.torque[i] += limited(needed, limit_of(signal, i, parameters.torque_limit))
         remember(signal, command, parameters.torque_limit, state)

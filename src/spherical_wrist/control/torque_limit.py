@@ -1,9 +1,13 @@
-"""Anti-windup: integrals stop while the motors are at their limits, which the law knows."""
+"""Limits of the motors in use: anti-windup, and the largest mismatch that is believed.
+
+Integrals and estimates stop while the motors are at their limits, which the signal carries. A law that uses no more
+than a part of them has a limit of its own.
+"""
 
 from typing import ClassVar
 
-from spherical_wrist.control.contract import ModelBasedLaw
-from spherical_wrist.parameters import PositiveVector, quantity
+from spherical_wrist.control.contract import Array, ModelBasedLaw, Signal
+from spherical_wrist.parameters import NonNegativeVector, quantity
 
 
 class LimitAwareLaw(ModelBasedLaw):
@@ -11,9 +15,29 @@ class LimitAwareLaw(ModelBasedLaw):
 
     abstract: ClassVar[bool] = True
 
-    torque_limit: PositiveVector = quantity(
-        (0.25, 0.20, 0.33), "N·m", "limit of the motors per axis, where integrals and estimates stop", gain=False
+    torque_limit: NonNegativeVector = quantity(
+        0.0, "N·m", "limit per axis where integrals and estimates stop, if below the motors'; 0 for theirs", gain=False
     )
+
+
+def limit_of(signal: Signal, axis: int, own: Array) -> float:
+    """Return the largest torque about an axis [N·m]: what the motors in use give, or a law's own limit below that.
+
+    Args:
+        signal: signal, with the limits of the motors.
+        axis: body axis.
+        own: the law's own limits (3,) [N·m], 0 for none.
+    """
+    most = float(signal.torque_limit[axis])
+    return min(most, own[axis]) if own[axis] > 0.0 else most
+
+
+def largest_mismatch(signal: Signal, axis: int) -> float:
+    """Return the largest mismatch δ of the acceleration about an axis that is believed [rad/s²]: 2 τ_max / H_ii.
+
+    Motors that hold out against a mismatch at their limit see τ_max / H_ii; twice that, a plant of half the inertia.
+    """
+    return 2.0 * float(signal.torque_limit[axis]) / float(signal.H[axis, axis])
 
 
 def limited(value: float, limit: float) -> float:

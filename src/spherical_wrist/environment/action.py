@@ -139,10 +139,10 @@ def _is_scalable(law: Law, name: str, factor: float) -> bool:
     for scale in (1.0 / factor, factor):
         scaled = tuple(scale * each for each in value) if isinstance(value, tuple) else scale * value
         try:
-            other = law.replaced(**{name: scaled}).derived()
+            other = law.replaced(**{name: scaled}).computed()
         except WristError:
             return False
-        if any(not np.array_equal(array, other[key]) for key, array in law.derived().items()):
+        if any(not np.array_equal(array, other[key]) for key, array in law.computed().items()):
             return False
     return True
 

@@ -58,7 +58,7 @@ class EpisodeBatch:
         ends = [-(-num_envs * thread // threads) for thread in range(threads + 1)]
         self._thread_slices = [slice(first, last) for first, last in pairwise(ends)]
         self._pool = ThreadPoolExecutor(threads) if threads > 1 else None
-        self._packed = np.tile(task.actions.law.packed(), (num_envs, 1))
+        self._packed = np.tile(task.actions.law.packed(timing.control_period), (num_envs, 1))
         self._records, self._samples = np.zeros(num_envs, EPISODE_RECORD), np.zeros(num_envs, dtype=np.int64)
         self.results = np.zeros(num_envs, STEP_RESULT)
         self.observations = np.zeros((num_envs, MEASURED_SIZE + len(task.actions.names)))

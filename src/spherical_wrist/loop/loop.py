@@ -11,7 +11,7 @@ import numpy as np
 from mujoco import mj_step
 
 from spherical_wrist import channels
-from spherical_wrist.actuation.drive import Drive, motor_torque, set_torque_command, step_motors
+from spherical_wrist.actuation.drive import Drive, aim, motor_torque, set_torque_command, step_motors
 from spherical_wrist.dynamics import Array, Nominal
 from spherical_wrist.loop.instant import write_errors, write_model
 from spherical_wrist.sensing.measure import Sensor, measure
@@ -118,6 +118,7 @@ def close_loop(
         sensed = take_sample(signal, settings, k, q, rate, sensor, samples[k], seen[k])
         attitude, measured_rate, age = sensed.attitude, sensed.rate, sensed.age
         write_model(signal, settings.rate_scale, nominal, attitude, measured_rate, seen[k], ahead[k], sensed.horizon)
+        aim(drive, attitude, measured_rate, age, signal.torque_limit)
         for i in range(states.shape[1]):
             states[k, i] = state[i]
         clear(command)
@@ -126,7 +127,7 @@ def close_loop(
         if not (np.isfinite(u[0]) and np.isfinite(u[1]) and np.isfinite(u[2])):
             return Progress(k, NO_TORQUE)
         row = log[k]
-        row.saturated = set_torque_command(drive, u, attitude, measured_rate, age, plant.ctrl)
+        row.saturated = set_torque_command(drive, u, plant.ctrl)
         write_log_row(row, signal, command, motor_torque(motors.motors, plant.ctrl), motors.condition)
         if sensing.ideal < 0.5:
             write_true_state(row, q, rate, desired[k])

@@ -135,13 +135,14 @@ class RunCache:
         nominal = self._nominals.get((file, step), lambda: NominalModel(wrist, timing, self.engine))
         return Models(wrist, plant.model, plant.data, nominal)
 
-    def law(self, law: Law) -> PreparedLaw:
-        """Return a law, packed and compiled.
+    def law(self, law: Law, period: float) -> PreparedLaw:
+        """Return a law, packed for a control period [s], and compiled.
 
         Raises:
             LawError: it cannot be compiled.
         """
-        return self._laws.get(id(law), lambda: PreparedLaw(law, law.packed(), self.engine.step(law)))
+        key = id(law), period
+        return self._laws.get(key, lambda: PreparedLaw(law, law.packed(period), self.engine.step(law)))
 
     def log(self, count: int) -> npt.NDArray[Any]:
         """Return memory for the log of ``count`` control periods; the next call may return the same memory."""

@@ -8,7 +8,7 @@ import numpy.typing as npt
 
 from spherical_wrist.actuation import Actuation
 from spherical_wrist.actuation import Ideal as IdealActuation
-from spherical_wrist.actuation.drive import drive_of
+from spherical_wrist.actuation.drive import Drive, aim, drive_of
 from spherical_wrist.compat.libmujoco import drop_step_timer
 from spherical_wrist.control.contract import COMMAND, SIGNAL, Law
 from spherical_wrist.disturbance import Torque
@@ -106,9 +106,9 @@ class ClosedLoop:
         data.qpos[:], data.qvel[:] = _initial_state(reference, start)
         state, signal, command = law.packed_state(), np.zeros(1, SIGNAL), np.zeros(1, COMMAND)
         if type(law) not in cache.checked_laws:
-            self._check_law(state, signal, settings)
+            self._check_law(state, signal, settings, drive)
             cache.checked_laws.add(type(law))
-        prepared = cache.law(law)
+        prepared = cache.law(law, timing.control_period)
         self.parts = LoopArguments(
             *(prepared.step, prepared.packed, state, plant, models.nominal.handles),
             *(sensor_of(sensing, timing.control_period), drive, settings, signal, command),
@@ -160,7 +160,7 @@ class ClosedLoop:
         """Nominal wrist, whose motors and tool the plant shares."""
         return self._models.wrist
 
-    def _check_law(self, state: Array, signal: npt.NDArray[Any], settings: npt.NDArray[Any]) -> None:
+    def _check_law(self, state: Array, signal: npt.NDArray[Any], settings: npt.NDArray[Any], drive: Drive) -> None:
         """Run one control instant in plain Python, which raises errors that compiled code would miss."""
         engine, data = interpreted_engine(), self._models.data
         desired = engine.records(self._reference.motion(np.zeros(1)))
@@ -169,6 +169,13 @@ class ClosedLoop:
         record, scale = engine.record(signal), float(settings["rate_scale"][0])
         write_errors(record, engine.record(settings), 0, q, w, desired[0], 0.0)
         write_model(record, scale, trial, q, w, desired[0], desired[0], 0.0)
+        aim(
+            drive._replace(settings=engine.record(drive.settings)),
+            (q[0], q[1], q[2], q[3]),
+            w,
+            0.0,
+            record.torque_limit,
+        )
         check_step(self._law, signal, state)
 
 

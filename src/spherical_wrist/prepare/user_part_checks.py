@@ -164,8 +164,9 @@ def check_step(law: Law, signal: npt.NDArray[np.void], state: npt.NDArray[np.flo
     command = np.full(COMMAND.itemsize // 8, np.nan).view(COMMAND).view(np.recarray)
     time = float(signal["time"][0])
     name = f"law {law.name!r} at t = {time:.6g} s"
+    packed = law.packed(float(signal["period"][0]))
     try:
-        interpreted_step(law)(signal.view(np.recarray)[0], law.packed(), state.copy(), command[0])
+        interpreted_step(law)(signal.view(np.recarray)[0], packed, state.copy(), command[0])
     except Exception as error:  # a user's law may raise anything
         raise LawError(f"{name} raised {type(error).__name__}: {one_line(error)}") from None
     torque = command["torque"][0]
