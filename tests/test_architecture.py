@@ -39,7 +39,7 @@ ROOMS_OF_LIBRARY = {
     "llvmlite": {"compat", "loop"},
     "ctypes": {"compat", "loop", "recording"},
     "rerun": {"compat", "recording"},
-    "pyarrow": {"reference", "campaign", "inspection"},
+    "pyarrow": {"reference", "campaign", "inspection", "recording", "compat"},
     "duckdb": {"campaign", "report"},
     "dask": {"campaign"},
     "distributed": {"campaign"},

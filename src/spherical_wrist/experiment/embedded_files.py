@@ -5,16 +5,17 @@ With them, a recording can be simulated again elsewhere, and checked.
 
 import io
 import os
+import re
 import zipfile
-import zlib
 from collections.abc import Iterable, Iterator, Mapping
 from hashlib import sha256
-from pathlib import Path, PurePosixPath
+from pathlib import Path
 from typing import Any, NamedTuple, Self, get_args
 
 from spherical_wrist.consent import is_code
 from spherical_wrist.errors import RecordingError, one_line
 from spherical_wrist.experiment.description import PARTS, Experiment
+from spherical_wrist.experiment.packed_files import LARGEST, PackedFiles, fingerprint
 from spherical_wrist.files import make_folder, write_together
 from spherical_wrist.parameters import Member
 from spherical_wrist.wrist import check_confined, default_model, model_files, portable
@@ -22,8 +23,11 @@ from spherical_wrist.wrist import check_confined, default_model, model_files, po
 EPOCH = (1980, 1, 1, 0, 0, 0)
 """Time of every file in an archive: the same files make the same archive."""
 
-LARGEST = 1 << 30
-"""Most bytes that an archive may unpack to."""
+_FOLDERS = re.compile(
+    r"""(?:(?<=['"])(?:[A-Za-z]:|~)?[/\\](?:[^/\\'"\n]+[/\\])+"""  # in quotes, with spaces in it
+    r"""|(?<![^\s(=:,])(?:[A-Za-z]:|~)?[/\\](?:[^/\\'"\s]+[/\\])+)"""
+)
+"""Absolute path of a folder within a text."""
 
 
 class EmbeddedFiles(NamedTuple):
@@ -43,6 +47,7 @@ class EmbeddedFiles(NamedTuple):
 
         Raises:
             ModelError: the model cannot be read.
+            RecordingError: a file cannot be read, or they are too large.
         """
         places: dict[str, str] = {}
         files: dict[str, bytes] = {}
@@ -51,14 +56,21 @@ class EmbeddedFiles(NamedTuple):
             inside = {file: f"{name}/{file.relative_to(root).as_posix()}" for file in contents}
             places[name] = inside[next(iter(contents))]
             files |= {inside[file]: content for file, content in contents.items()}
+        size = sum(map(len, files.values()))
+        if size > LARGEST:
+            raise RecordingError(
+                f"model, motion and Python files have together {size / 1e6:.0f} MB, and at most {LARGEST / 1e6:.0f} MB "
+                "are recorded: make the meshes coarser, or run without a recording (--no-recording)"
+            )
         return cls(places, files)
 
     def digest(self, name: str) -> str | None:
-        """Return twelve digits of the SHA-256 of the files of a parameter, by dotted name; None without any."""
-        group = {path: content for path, content in self.files.items() if _is_of(name, path)}
-        digest = sha256()
-        for path, content in sorted(group.items()):
-            digest.update(path.encode() + b"\0" + sha256(content).digest())
+        """Return twelve digits that tell the files of a parameter from others, by dotted name; None without any.
+
+        They come from paths, sizes and checksums, for which nothing has to be unpacked.
+        """
+        group = sorted(path for path in self.files if _is_of(name, path))
+        digest = sha256(repr([(path, *fingerprint(self.files, path)) for path in group]).encode())
         return digest.hexdigest()[:12] if group else None
 
     def archive(self) -> bytes:
@@ -71,22 +83,15 @@ class EmbeddedFiles(NamedTuple):
 
     @classmethod
     def from_archive(cls, places: Mapping[str, str], content: bytes) -> Self:
-        """Unpack the bytes that :meth:`archive` returned.
+        """Read the directory of the bytes that :meth:`archive` returned; files are unpacked when they are asked for.
 
         Raises:
             ValueError: it is no such archive.
         """
-        try:
-            with zipfile.ZipFile(io.BytesIO(content)) as archive:
-                if sum(info.file_size for info in archive.infolist()) > LARGEST:
-                    raise ValueError(f"the files in it are larger than {LARGEST} bytes")
-                files = {info.filename: archive.read(info) for info in archive.infolist()}
-        except (zipfile.BadZipFile, zlib.error, NotImplementedError, RuntimeError, EOFError) as error:
-            raise ValueError(f"its archive of files is damaged: {error}") from None
-        for path in (*files, *places.values()):
-            pure = PurePosixPath(path)
-            if pure.is_absolute() or ".." in pure.parts or (os.name == "nt" and "\\" in path) or path not in files:
-                raise ValueError(f"its archive of files has a path that leads nowhere: {path!r}")
+        files = PackedFiles(content)
+        for path in places.values():
+            if path not in files:
+                raise ValueError(f"its archive of files lacks {one_line(repr(path), 60)}")
         for name, path in places.items():
             if name in PARTS and not path.endswith(".py"):
                 raise ValueError(f"its archive of files has {path!r} as the Python file of its {name}")
@@ -151,6 +156,38 @@ def _is_of(name: str, path: str) -> bool:
 
 def _common_folder(files: Iterable[Path]) -> Path:
     return Path(os.path.commonpath([file.parent for file in files]))
+
+
+def without_folders(description: Mapping[str, Any], places: Iterable[str]) -> dict[str, Any]:
+    """Return a description of an experiment that names files without their folders: where they were concerns nobody.
+
+    Args:
+        description: the experiment as plain tables.
+        places: parameters that stand for files, by dotted name.
+    """
+    short = dict(description)
+    if short.get("model") is not None:
+        short["model"] = file_name(short["model"])
+    for part, family in PARTS.items():
+        if isinstance(short.get(part), Mapping):
+            table = dict(short[part])
+            name = str(table.get("name"))
+            table["name"] = file_name(name)
+            fields = family.members[name].model_fields if name in family.members else {}
+            of_files = {key for key in fields if _takes_path(fields[key].annotation)}
+            of_files |= {place.rpartition(".")[2] for place in places if place.startswith(f"{part}.")}
+            short[part] = table | {key: file_name(table[key]) for key in of_files if isinstance(table.get(key), str)}
+    return short
+
+
+def file_name(path: str) -> str:
+    """Return a path of any system without its folders."""
+    return re.split(r"[/\\]", path)[-1]
+
+
+def text_without_folders(text: str) -> str:
+    """Return a text in which files are named without their absolute folders."""
+    return _FOLDERS.sub("", text)
 
 
 def files_named(description: Mapping[str, Any]) -> dict[str, str]:

@@ -11,6 +11,9 @@ from spherical_wrist.recording.runs import load_recording
 from spherical_wrist.simulation.run import Run
 from spherical_wrist.simulation.simulate import simulate
 
+LONGEST = 10**9
+"""Most physics steps of a run that is simulated again, about an hour of work: a description asks for any number."""
+
 
 class Replay(NamedTuple):
     """A recorded run and the same simulated again.
@@ -72,7 +75,13 @@ def replay(
         raise RecordingError(f"{name}: {error}") from None
     except WristError as error:
         raise RecordingError(f"{name} cannot be replayed by this version: {error}") from None
-    end = recorded.outcome.time if recorded.outcome.status is Status.INTERRUPTED else None
+    try:
+        steps = experiment.duration / experiment.timing(experiment.nominal()).physics_period
+    except WristError as error:
+        raise RecordingError(f"{name} cannot be replayed: {error}") from None
+    if steps > LONGEST:
+        raise RecordingError(f"{name} is of {steps:.3g} physics steps; at most {LONGEST:g} are simulated again")
+    end, interrupted = recorded.outcome.time, recorded.outcome.status is Status.INTERRUPTED
     so_far = 0.0
 
     def note(simulated: float) -> None:
@@ -82,7 +91,7 @@ def replay(
             progress(simulated)
 
     def enough() -> bool:
-        return stop() or (end is not None and so_far >= end)
+        return stop() or (so_far >= end if interrupted else so_far > end)
 
     again = simulate(experiment, record_every=recorded.every, progress=note, stop=enough)
     then, now = recorded.metrics.available, again.metrics

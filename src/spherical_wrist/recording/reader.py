@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+import pyarrow as pa
 from rerun.chunk import RrdReader
 
 from spherical_wrist.channels import CHANNELS, Channel, Condition, channel_of
@@ -56,7 +57,7 @@ def read_recording(path: Path) -> Recording:
                 f"recording {str(path)!r} has format {number}; this version reads formats 1 to {FORMAT}: "
                 "take the version of spherical-wrist that wrote it, or a newer one"
             )
-        properties = json.loads(str(about["properties"][0]))
+        properties = _groups(json.loads(str(about["properties"][0])))
         if number == 1:
             series = _series_of_format_1(tables, properties["experiment"]["law"]["name"])
         else:
@@ -65,11 +66,28 @@ def read_recording(path: Path) -> Recording:
             raise RecordingError(f"recording {str(path)!r} lacks rows; record the run again")
         archive = tables.components(_path_of_properties(ARCHIVE)).get(ZIP)
         packed = b"" if archive is None else np.asarray(archive[0], dtype=np.uint8).tobytes()
-        return Recording(series, properties, int(about["every"][0]), packed, number)
+        return Recording(series, properties, _interval(about), packed, number)
     except UnicodeEncodeError:
         raise RecordingError(f"recording {str(path)!r}: Rerun cannot open a file of such a name; rename it") from None
-    except (KeyError, IndexError, TypeError, ValueError, RuntimeError) as error:
+    except KeyError as error:
+        raise RecordingError(f"recording {str(path)!r} cannot be read: it lacks {one_line(error, 100)}") from None
+    except (IndexError, TypeError, ValueError, AttributeError, OverflowError, RuntimeError) as error:
         raise RecordingError(f"recording {str(path)!r} cannot be read: {one_line(error, 100)}") from None
+    except MemoryError:
+        raise RecordingError(f"recording {str(path)!r} cannot be read: there is too little memory") from None
+
+
+def _groups(properties: Any) -> dict[str, dict[str, Any]]:
+    if not isinstance(properties, dict) or not all(isinstance(group, dict) for group in properties.values()):
+        raise ValueError("its properties are no groups")
+    return properties
+
+
+def _interval(about: Table) -> int:
+    every = int(about["every"][0])
+    if every < 1:
+        raise ValueError(f"it has every {every}th instant")
+    return every
 
 
 def _series(tables: "_Tables", entries: Mapping[str, Mapping[str, Any]]) -> Series:
@@ -83,6 +101,11 @@ def _series(tables: "_Tables", entries: Mapping[str, Mapping[str, Any]]) -> Seri
         own = [tables.components(f"/{entity}")[_SCALARS] for entity in entities if entity != SERIES]
         flat = own[0] if len(own) == 1 else np.hstack([each.reshape(rows, -1) for each in own]) if own else shared[name]
         channels[name] = _shaped(channel, flat, rows)
+    for name, known in CHANNELS.items():
+        if name not in channels and known.when is Condition.ALWAYS:
+            raise KeyError(name)
+        if name in channels and known.axes is not None and channels[name].shape[1:] != known.shape:
+            raise ValueError(f"its channel {name!r} has rows of shape {channels[name].shape[1:]}")
     differing = {name: channel for name, channel in described.items() if channel != CHANNELS.get(name)}
     return Series(channels=channels, described=differing)
 
@@ -118,6 +141,8 @@ def _series_of_format_1(tables: "_Tables", law: str) -> Series:
 
 
 def _shaped(channel: Channel, flat: Array, rows: int) -> Array:
+    if flat.dtype != np.float64:
+        raise ValueError(f"its channel {channel.name!r} is of {flat.dtype}")
     if channel.is_scalar:
         return flat.reshape(rows)
     return flat.reshape(rows, len(channel.axes) if channel.axes else -1)
@@ -149,8 +174,27 @@ class _Tables:
             for field, column in zip(batch.schema, batch.columns, strict=True):
                 if (field.metadata or {}).get(b"rerun:kind") == b"data":
                     component = field.metadata[b"rerun:component"].decode()
-                    parts[component].append(column.flatten().to_numpy(zero_copy_only=False))
+                    parts[component].append(_values(column))
         return {component: np.concatenate(pieces) for component, pieces in parts.items()}
+
+
+_BYTES = pa.list_(pa.field("item", pa.uint8(), nullable=False))
+_TYPES = [
+    pa.list_(kind) for kind in (pa.float64(), pa.float32(), pa.int64(), pa.uint32(), pa.uint8(), pa.string(), _BYTES)
+]
+"""Types of the columns that the package writes to the entities that it reads."""
+
+
+def _values(column: pa.Array) -> npt.NDArray[Any]:
+    """Return the values of a column of lists.
+
+    Raises:
+        ValueError: it has others, such as those that take memory without being stored.
+    """
+    if column.type not in _TYPES:
+        raise ValueError(f"it has a component of type {column.type}")
+    values: npt.NDArray[Any] = column.flatten().to_numpy(zero_copy_only=False)
+    return values
 
 
 def _first_time(batch: Any) -> int:

@@ -5,13 +5,15 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
-from spherical_wrist.errors import RecordingError
-from spherical_wrist.experiment.description import PARTS
-from spherical_wrist.experiment.embedded_files import EmbeddedFiles
+import numpy as np
+
+from spherical_wrist.errors import RecordingError, one_line
+from spherical_wrist.experiment.embedded_files import EmbeddedFiles, text_without_folders, without_folders
 from spherical_wrist.loop.outcome import Outcome, Status
 from spherical_wrist.measure.metrics import Metrics, MetricSettings
-from spherical_wrist.recording import read_recording, write_recording
+from spherical_wrist.recording import Recording, read_recording, write_recording
 from spherical_wrist.recording.experiment_text import experiment_text, title
+from spherical_wrist.recording.properties import check_properties
 from spherical_wrist.simulation.run import Run
 
 
@@ -46,38 +48,42 @@ def load_recording(path: Path | str, *, trust: bool = False) -> Run:
     recording = read_recording(Path(path))
     properties = recording.properties
     try:
+        check_properties(properties)
         settings = _measurement(properties["measurement"])
+        embedded_files = _embedded_files(properties, recording.archive)
+        description, outcome = properties["experiment"], _outcome(properties["outcome"])
+        _check_times(recording, description, outcome)
         return Run(
             channels=recording.series.channels,
             described=recording.series.described,
-            description=_described(properties["experiment"]),
-            outcome=_outcome(properties["outcome"]),
+            description=without_folders(description, embedded_files.places),
+            outcome=outcome,
             metrics=Metrics.recorded(properties["metrics"], settings, recording.format),
             measurement=settings,
             versions=properties["versions"],
             every=recording.every,
             wall_time=properties["run"]["wall_time_s"],
-            embedded_files=_embedded_files(properties, recording.archive),
+            embedded_files=embedded_files,
             trusted=trust,
         )
-    except (KeyError, TypeError, ValueError) as error:
-        raise RecordingError(
-            f"recording {str(path)!r} lacks properties of a run ({error!r}): was it made by another version?"
-        ) from None
+    except KeyError as error:
+        raise RecordingError(f"recording {str(path)!r} is not of a run: it lacks or has the metric {error}") from None
+    except ValueError as error:
+        raise RecordingError(f"recording {str(path)!r} is not of a run: {one_line(error)}") from None
 
 
-def _described(experiment: Any) -> Mapping[str, Any]:
-    """Return the description of an experiment, whose parts must be tables with a name.
+def _check_times(recording: Recording, description: Mapping[str, Any], outcome: Outcome) -> None:
+    """Check that the rows of a recording are as many as its experiment and its outcome say, one after the other.
 
     Raises:
-        TypeError: it is none.
+        ValueError: they are not.
     """
-    if not isinstance(experiment, Mapping):
-        raise TypeError("experiment is no table")
-    for part in PARTS.keys() & experiment.keys():
-        if not isinstance(experiment[part], Mapping) or not isinstance(experiment[part].get("name"), str):
-            raise TypeError(f"experiment.{part} is no table with a name")
-    return experiment
+    time, period = recording.series.time, description["control_period"]
+    if not (np.isfinite(time).all() and (np.diff(time) > 0.0).all()):
+        raise ValueError("its times do not increase")
+    end, interval = max(outcome.time, float(time[-1])), recording.every * period
+    if end > description["duration"] + period or end > (len(time) + 1) * interval:
+        raise ValueError(f"it has {len(time)} rows, every {interval:g} s, of a run that ended at {end:g} s")
 
 
 def _embedded_files(properties: Mapping[str, Any], archive: bytes) -> EmbeddedFiles:
@@ -89,7 +95,11 @@ def properties_of(run: Run) -> dict[str, dict[str, Any]]:
     """The groups of entries that describe a run in its recording."""
     return {
         "experiment": dict(run.description),
-        "outcome": {"status": str(run.outcome.status), "time_s": run.outcome.time, "reason": run.outcome.reason},
+        "outcome": {
+            "status": str(run.outcome.status),
+            "time_s": run.outcome.time,
+            "reason": text_without_folders(run.outcome.reason),
+        },
         "metrics": run.metrics.available,
         "measurement": run.measurement._asdict(),
         "versions": dict(run.versions),
@@ -102,7 +112,7 @@ def properties_of(run: Run) -> dict[str, dict[str, Any]]:
 
 
 def _outcome(table: Mapping[str, Any]) -> Outcome:
-    return Outcome(Status(table["status"]), table["time_s"], table["reason"])
+    return Outcome(Status(table["status"]), table["time_s"], text_without_folders(table["reason"]))
 
 
 def _measurement(table: Mapping[str, Any]) -> MetricSettings:

@@ -5,23 +5,30 @@ Rerun reads a truncated file as far as it goes, and a damaged byte can end the w
 
 from pathlib import Path
 
-from spherical_wrist.errors import RecordingError
+from spherical_wrist.compat.rrd import unpacked_size
+from spherical_wrist.errors import RecordingError, one_line
+from spherical_wrist.recording.memory import memory
 from spherical_wrist.seal import Seal, seal_of
 
 _BEGIN, _END = b"RRF2", b"RRF2FOOT"
 
+COPIES = 4
+"""Times that everything in a recording is in memory while it is read."""
+
 
 def check_seal(path: Path) -> None:
-    """Check that a file is a recording that nothing has changed since it was written.
+    """Check that a file is a recording that nothing has changed since it was written, and that fits into memory.
 
     Raises:
-        RecordingError: it cannot be read, is no recording of this package, or is truncated or damaged.
+        RecordingError: it cannot be read, is no recording of this package, is truncated or damaged, or is too large for
+            this machine.
     """
     name = f"recording {str(path)!r}"
     if not path.is_file():
         found = "it is not a file" if path.exists() else "there is no such file"
         raise RecordingError(f"{name} cannot be read: {found}; give the path of an .rrd file")
     try:
+        _check_size(name, path.stat().st_size)
         content = path.read_bytes()
     except OSError as error:
         raise RecordingError(f"{name} cannot be read: {error.strerror or error}; check its permissions") from None
@@ -36,3 +43,14 @@ def check_seal(path: Path) -> None:
         raise RecordingError(f"{name} was not made by spherical-wrist, or it is damaged")
     if seal is Seal.BROKEN:
         raise RecordingError(f"{name} is damaged or was changed: it does not match its checksum; record the run again")
+    try:
+        _check_size(name, unpacked_size(content, memory()))
+    except ValueError as error:
+        raise RecordingError(f"{name} cannot be read: {one_line(error, 100)}") from None
+
+
+def _check_size(name: str, size: int) -> None:
+    if COPIES * size > memory():
+        raise RecordingError(
+            f"{name} holds more than {size / 1e9:.3g} GB, for which {memory() / 1e9:.3g} GB of memory are too little"
+        )

@@ -5,7 +5,7 @@ from math import ceil
 
 from spherical_wrist.errors import ParameterError
 from spherical_wrist.experiment.description import Experiment
-from spherical_wrist.experiment.embedded_files import EmbeddedFiles
+from spherical_wrist.experiment.embedded_files import EmbeddedFiles, without_folders
 from spherical_wrist.loop.engine import interpreted_engine
 from spherical_wrist.measure.logged import Logged, channels_of
 from spherical_wrist.measure.series import Series
@@ -88,7 +88,7 @@ def simulate(
     return Run(
         channels=series.channels,
         described=series.described,
-        description=experiment.model_dump(mode="json"),
+        description=without_folders(experiment.model_dump(mode="json"), embedded_files.places),
         outcome=result.outcome,
         metrics=result.metrics,
         measurement=result.measurement,
