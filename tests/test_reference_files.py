@@ -1,5 +1,7 @@
 """Recorded motions as people have them: every usual form of file gives the same motion, and flaws are told."""
 
+import os
+import time
 from datetime import UTC, datetime, timedelta
 
 import numpy as np
@@ -20,9 +22,9 @@ RATE, ACCELERATION = 0.45, 0.55
 """Bounds of the true motion [rad/s, rad/s²]."""
 
 
-def truth(time):
+def truth(at):
     """A smooth motion, slow enough that every peak above its bounds comes from the file."""
-    return Rotation.from_rotvec(np.c_[0.3 * np.sin(1.3 * time), 0.2 * np.sin(0.9 * time), 0.1 * np.sin(time)])
+    return Rotation.from_rotvec(np.c_[0.3 * np.sin(1.3 * at), 0.2 * np.sin(0.9 * at), 0.1 * np.sin(at)])
 
 
 def true_acceleration(time, step=1e-3):
@@ -177,6 +179,40 @@ def test_kitti_has_its_times_in_another_file_which_the_recording_carries(tmp_pat
     times.unlink()
     again = simulate(Experiment(**run.embedded_files.described(run.description, folder)))
     assert np.array_equal(again.attitude, run.attitude)
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no pipes on this system")
+def test_a_pipe_is_refused_and_not_waited_for(tmp_path):
+    os.mkfifo(tmp_path / "pipe")
+    for file in (tmp_path / "pipe", "/dev/zero"):
+        with pytest.raises(ParameterError, match="no file that can be read twice"):
+            Recorded(file=file).motion(TIME)
+
+
+@pytest.mark.parametrize("column", ["lists", "long text"])
+def test_parquet_that_unpacks_to_much_is_refused_before_it_is_read(tmp_path, column):
+    """A text of a megabyte that stands 100,000 times takes a megabyte in the file, and a hundred gigabytes outside."""
+    rows = 100_000
+    numbers = dict.fromkeys(("qw", "qx", "qy", "qz"), pa.array(np.zeros(rows)))
+    if column == "lists":
+        numbers["qw"] = pa.array([[0.0]] * rows)
+        numbers["time"] = pa.array(np.arange(float(rows)))
+    else:
+        numbers["time"] = pa.DictionaryArray.from_arrays(np.zeros(rows, np.int32), ["1" * 2**20])
+    pq.write_table(pa.table(numbers), tmp_path / "a.parquet", store_schema=column == "lists")
+    with pytest.raises(ParameterError, match=r"values of type list|more than 64 characters"):
+        Recorded(file=tmp_path / "a.parquet").motion(TIME)
+
+
+@pytest.mark.parametrize("line", [" " * 900_000 + "x", "(" * 60_000, "1" + " " * 900_000 + "2", "#" * 900_000])
+def test_a_strange_line_takes_no_time(tmp_path, line):
+    before = time.perf_counter()
+    for content in (line, f"{line}\n{PLAIN}", PLAIN.replace(",", " ") + line):
+        try:
+            Recorded(file=written(tmp_path / "a.csv", content)).motion(TIME)
+        except ParameterError as error:
+            one_line(error)
+    assert time.perf_counter() - before < 5.0
 
 
 # --- words

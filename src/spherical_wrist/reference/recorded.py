@@ -1,8 +1,11 @@
 """Recorded motion from a file."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from functools import cached_property, lru_cache
 from math import inf
 from pathlib import Path
+from stat import S_ISCHR, S_ISFIFO, S_ISSOCK
 from typing import Annotated, Any, ClassVar, Self
 
 import numpy.typing as npt
@@ -88,7 +91,7 @@ class Recorded(Reference):
         Raises:
             ParameterError: there is no file, or it is not a motion.
         """
-        motion = self._loaded().curve.motion(self.speed * time)
+        motion = _curve(self._loaded(), self.scale, self.after, self.blend).motion(self.speed * time)
         motion["rate"] *= self.speed
         motion["acceleration"] *= self.speed**2
         return motion
@@ -116,7 +119,7 @@ class Recorded(Reference):
             ParameterError: there is no file, or it is not a motion.
         """
         loaded = self._loaded()
-        name = f"motion {self.file.name if self.file else ''}"
+        name = f"motion {loaded.file.name}"
         notes = [*loaded.recording.notes, *loaded.flaws.warnings]
         return Told(f"{name}: {loaded.summary}", tuple(f"{name}: {note}" for note in notes))
 
@@ -143,50 +146,78 @@ class Recorded(Reference):
                 raise ParameterError(
                     f"reference file {str(file)!r}: {(error.strerror or 'no such file').lower()}"
                 ) from None
+            if S_ISFIFO(found.st_mode) or S_ISCHR(found.st_mode) or S_ISSOCK(found.st_mode):
+                raise ParameterError(f"reference file {str(file)!r} is no file that can be read twice: save it as one")
             stamps.append((found.st_mtime_ns, found.st_size))
         return tuple(stamps)
 
     def _loaded(self) -> "_Loaded":
+        return _load(self._file(), self._reading, self.jump, self.smoothing, self.state())
+
+    def _file(self) -> Path:
         if self.file is None:
             raise ParameterError("reference recorded: no file: give reference.file, or recorded:FILE for the reference")
-        return _load(self, self.file, self.state())
+        return self.file
+
+    @property
+    def _reading(self) -> Reading:
+        return Reading(self.arm, self.columns, self.time_unit, self.rate, self.times, self.largest_gap)
 
 
 class _Loaded:
-    """A motion that has been read, and what is known about it."""
+    """A motion that has been read, and what is known about it.
 
-    def __init__(self, recording: Recording, spline: Any, curve: Curve, smoothing: float, *, stamped: bool) -> None:
-        self.recording, self.curve = recording, curve
-        self._spline, self._smoothing, self._stamped = spline, smoothing, stamped
+    Attributes:
+        file: its file.
+        recording: contents of the file, without jumps.
+        smoothing: smoothing that it gets [s].
+        spline: through its rows.
+        stamped: whether its times are those of the file.
+    """
+
+    def __init__(self, file: Path, recording: Recording, smoothing: float, *, stamped: bool) -> None:
+        self.file, self.recording, self.smoothing, self.stamped = file, recording, smoothing, stamped
+        self.spline = spline_of(recording.track, smoothing)
 
     @cached_property
     def flaws(self) -> Flaws:
         """Flaws that its peaks belong to."""
         try:
-            return flaws_of(self.recording, self._spline, self._smoothing, stamped=self._stamped)
+            return flaws_of(self.recording, self.spline, self.smoothing, stamped=self.stamped)
         except RowError:  # without a flaw that it seems to have it would be no motion
             return Flaws({}, ())
 
     @cached_property
     def summary(self) -> str:
         """Description in one line."""
-        return summary_of(self.recording, self._spline, self._smoothing)
+        return summary_of(self.recording, self.spline, self.smoothing)
 
 
 @lru_cache(maxsize=4)
-def _load(recorded: Recorded, file: Path, _stamps: tuple[tuple[int, int], ...]) -> _Loaded:
+def _load(
+    file: Path, reading: Reading, jump: float | None, smoothing: float | None, _state: tuple[tuple[int, int], ...]
+) -> _Loaded:
     """Return the motion of a file, read anew where the file has changed."""
-    reading = Reading(
-        recorded.arm, recorded.columns, recorded.time_unit, recorded.rate, recorded.times, recorded.largest_gap
-    )
     recording = read_recorded(file, reading)
-    smoothing = recording.smoothing if recorded.smoothing is None else recorded.smoothing
+    smoothing = recording.smoothing if smoothing is None else smoothing
+    with _named(file):
+        if jump is not None:
+            recording = recording._replace(track=without_jumps(recording.track, jump))
+        return _Loaded(file, recording, smoothing, stamped=reading.rate is None and recording.stamped)
+
+
+@lru_cache(maxsize=4)
+def _curve(loaded: _Loaded, scale: float, after: After, blend: float) -> Curve:
+    """Return the curve of a motion that has been read."""
+    with _named(loaded.file):
+        scaled = loaded.spline if scale == 1.0 else spline_of(loaded.recording.track, loaded.smoothing, scale)
+        return curve_of(scaled, after, blend)
+
+
+@contextmanager
+def _named(file: Path) -> Iterator[None]:
+    """Add the name of a file to complaints about its rows."""
     try:
-        if recorded.jump is not None:
-            recording = recording._replace(track=without_jumps(recording.track, recorded.jump))
-        spline = spline_of(recording.track, smoothing)
-        scaled = spline if recorded.scale == 1.0 else spline_of(recording.track, smoothing, recorded.scale)
-        curve = curve_of(scaled, recorded.after, recorded.blend)
+        yield
     except RowError as error:
         raise ParameterError(f"reference file {str(file)!r}: {error}") from None
-    return _Loaded(recording, spline, curve, smoothing, stamped=recorded.rate is None and recording.stamped)

@@ -36,6 +36,8 @@ LETTERS = (("w", "x", "y", "z"), ("r", "i", "j", "k"))
 """Last letters of the names of a quaternion's columns, scalar first."""
 TUM = ("timestamp", "tx", "ty", "tz", "qx", "qy", "qz", "qw")
 KITTI_WIDTH = 12
+LONGEST_NAME = 200
+"""Most characters of a name in which a unit is looked for."""
 EXAMPLE = "time=NAME, w=NAME, x=NAME, y=NAME, z=NAME"
 
 
@@ -172,6 +174,8 @@ def _number(wanted: str, names: Sequence[str], plain: Sequence[str]) -> int:
 def _plain(name: str) -> tuple[str, TimeUnit | None]:
     """Return a name in lower case without unit, quotes and comment sign, and its unit of time if it has one."""
     name = name.strip().strip("\"'").lstrip("#%").strip().lower()
+    if len(name) > LONGEST_NAME:
+        return name, None
     found = re.fullmatch(r"(.*?)\s*[\[(]\s*([^\])]*?)\s*[\])]", name) or re.fullmatch(r"(.*?)[_ ]+([a-zµμ]+)", name)
     if found is None:
         return name, None

@@ -3,6 +3,7 @@
 CSV and other tables in text, Parquet, the trajectories of TUM, EuRoC and KITTI, and the kinematics text of JIGSAWS.
 """
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -29,10 +30,12 @@ from spherical_wrist.reference.recorded_rows import (
     too_long,
     track_of,
 )
-from spherical_wrist.reference.recorded_text import dialect_of, read_table
+from spherical_wrist.reference.recorded_text import LARGEST, dialect_of, read_table
 
 HEAD = 1 << 16
 """Bytes in which the first line must end."""
+LONGEST_TIME = 64
+"""Most characters of a time in Parquet."""
 EXACT = 10**9
 """Decimal numbers are kept exactly as so many parts of their unit."""
 
@@ -226,9 +229,10 @@ def _parquet(path: Path, reading: Reading) -> _Table:
             if columns.time is None:  # as of an index of pandas, whose name may be anything
                 dated = [number for number, kind in enumerate(schema.types) if pyarrow.types.is_timestamp(kind)]
                 columns = columns._replace(time=dated[0] if len(dated) == 1 else None)
-            if file.metadata.num_rows > LAST_ROW:
-                raise too_long()
             wanted = [*columns.attitude, *([] if columns.time is None else [columns.time])]
+            _check_columns(file, wanted, columns.time)
+            texts = [names[number] for number in wanted if _is_text(schema.types[number])]
+        with parquet.ParquetFile(path, read_dictionary=texts) as file:  # a text that stands often is read once
             table = file.read(columns=[names[number] for number in wanted])
             attitude = [table.column(names[number]).cast(pyarrow.float64()) for number in columns.attitude]
             values = np.stack([np.asarray(column.to_numpy()) for column in attitude], axis=1)
@@ -240,6 +244,32 @@ def _parquet(path: Path, reading: Reading) -> _Table:
         raise RowError(f"it is damaged, or has no numbers in its columns ({one_line(error, limit=160)})") from None
 
 
+def _check_columns(file: Any, wanted: Sequence[int], time: int | None) -> None:
+    """Refuse columns that are no numbers or times, or too large, before memory is taken for them."""
+    from pyarrow import types
+
+    for number in wanted:
+        field = file.schema_arrow.field(number)
+        kind = field.type
+        is_number = types.is_integer(kind) or types.is_floating(kind) or types.is_decimal(kind)
+        is_time = number == time and (types.is_timestamp(kind) or types.is_duration(kind) or _is_text(kind))
+        if not (is_number or is_time):
+            raise RowError(f"its column {field.name!r} has values of type {one_line(field.type, 60)}, not numbers")
+    if file.metadata.num_rows > LAST_ROW:
+        raise too_long()
+    groups = [file.metadata.row_group(k) for k in range(file.metadata.num_row_groups)]
+    paths = {file.schema_arrow.names[number] for number in wanted}
+    columns = (group.column(k) for group in groups for k in range(group.num_columns))
+    if sum(column.total_uncompressed_size for column in columns if column.path_in_schema in paths) > LARGEST:
+        raise too_long()
+
+
+def _is_text(kind: Any) -> bool:
+    from pyarrow import types
+
+    return any(is_text(kind) for is_text in (types.is_string, types.is_large_string))
+
+
 def _arrow_stamps(column: Any, unit: str | None) -> Stamps:
     import pyarrow
 
@@ -248,8 +278,11 @@ def _arrow_stamps(column: Any, unit: str | None) -> Stamps:
         column, unit = column.cast(pyarrow.int64()), kind.unit
     elif pyarrow.types.is_integer(kind):
         column = column.cast(pyarrow.int64())
-    elif pyarrow.types.is_string(kind) or pyarrow.types.is_large_string(kind):
-        return _stamps(column, unit, ".")
+    elif pyarrow.types.is_dictionary(kind):
+        for chunk in column.chunks:
+            if max((len(text or "") for text in chunk.dictionary.to_pylist()), default=0) > LONGEST_TIME:
+                raise RowError(f"it has a time of more than {LONGEST_TIME} characters")
+        return _stamps(column.cast(pyarrow.string()), unit, ".")
     else:
         column = column.cast(pyarrow.float64())
     ticks = np.asarray(column.to_numpy())  # of float64 where cells are empty
