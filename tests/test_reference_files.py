@@ -422,7 +422,11 @@ def test_a_flaw_is_told_with_the_setting_that_helps(tmp_path, flaw):
 
 
 @pytest.mark.parametrize("rate", [30, 100, 1000])
-@pytest.mark.parametrize("motion", [Lissajous(), BeatingHeart(), Suture(), Step(), Chirp(), None], ids=str)
+@pytest.mark.parametrize(
+    "motion",
+    [Lissajous(), BeatingHeart(), Suture(), Step(), Chirp(), None],
+    ids=lambda motion: getattr(motion, "name", "uneven"),
+)
 def test_a_good_file_is_told_nothing_about(tmp_path, motion, rate):
     """However fast the motion, and however uneven its true times."""
     time = np.arange(0.0, 3.0, 1.0 / rate)
