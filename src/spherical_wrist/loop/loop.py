@@ -13,6 +13,7 @@ from mujoco import mj_step
 from spherical_wrist import channels
 from spherical_wrist.actuation.drive import Drive, aim, motor_torque, set_torque_command, step_motors
 from spherical_wrist.dynamics import Array, Nominal
+from spherical_wrist.loop.constraints import Constraints, note_constraints
 from spherical_wrist.loop.instant import write_errors, write_model
 from spherical_wrist.sensing.measure import Sensor, measure
 from spherical_wrist.so3 import Quaternion, Vector3, attitude_error, rate_error
@@ -73,6 +74,7 @@ def close_loop(
     parameters: Array,
     state: Array,
     plant: Plant,
+    constraints: Constraints,
     nominal: Nominal,
     sensor: Sensor,
     drive: Drive,
@@ -95,6 +97,7 @@ def close_loop(
         parameters: the law's packed parameters.
         state: the law's packed state, updated.
         plant: plant, stepped.
+        constraints: what acts on the plant alone, updated.
         nominal: nominal model, which gives H and N.
         sensor: sensors, which give the law the measured state.
         drive: motors, which turn the law's torque into the torque on the plant.
@@ -146,6 +149,8 @@ def close_loop(
         for kind in range(BAD_POSITION, BAD_CONTROL + 1):
             if plant.warnings[kind] > 0:
                 return Progress(k + 1, UNSTABLE)
+        if len(constraints.torque) > 0:
+            note_constraints(constraints, plant)
         speed = np.sqrt(w[0] * w[0] + w[1] * w[1] + w[2] * w[2])
         if not np.isfinite(speed):
             return Progress(k + 1, UNSTABLE)

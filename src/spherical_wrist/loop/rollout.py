@@ -23,6 +23,7 @@ from spherical_wrist.loop.addresses import (
     table,
 )
 from spherical_wrist.loop.compiler import entry
+from spherical_wrist.loop.constraints import CONSTRAINTS, STATE, Constraints
 from spherical_wrist.loop.engine import Engine
 from spherical_wrist.loop.loop import LOG, SETTINGS, Plant, Progress, close_loop
 from spherical_wrist.loop.machine_code import Compiled
@@ -65,6 +66,7 @@ class LoopArguments(NamedTuple):
     parameters: Array
     state: Array
     plant: Plant
+    constraints: Constraints
     nominal: Nominal
     sensor: Sensor
     drive: Drive
@@ -104,6 +106,7 @@ RUN = np.dtype(
                 LoopArguments,
                 law="i8",
                 plant=_fields(Plant, model="i8", data="i8"),
+                constraints=_fields(Constraints),
                 nominal=_fields(Nominal, model="i8", data="i8"),
                 sensor=_fields(Sensor),
                 drive=_fields(Drive),
@@ -227,6 +230,9 @@ def _run_interpreted(
         parts, inputs, log = rollout.parts, rollout.inputs, engine.records(memory.log)
         record, records = engine.record, engine.records
         arguments = parts._replace(
+            constraints=parts.constraints._replace(
+                sums=record(parts.constraints.sums), states=records(parts.constraints.states)
+            ),
             sensor=parts.sensor._replace(settings=record(parts.sensor.settings)),
             drive=parts.drive._replace(settings=record(parts.drive.settings)),
             settings=record(parts.settings), signal=record(parts.signal), command=record(parts.command),
@@ -275,7 +281,9 @@ def advance(run: Any, first: int, count: int) -> Progress:
         count: number of control periods, at most the length of the log.
     """
     parts, inputs, last = run.parts, run.inputs, first + count
-    plant, nominal, sensor, drive = parts.plant, parts.nominal, parts.sensor, parts.drive
+    plant, constraints, nominal, sensor, drive = (
+        parts.plant, parts.constraints, parts.nominal, parts.sensor, parts.drive,
+    )  # fmt: skip
     settings = records(parts.settings, SETTINGS)[0]
     desired, log = records(inputs.desired, MOTION)[first:last], records(run.log, LOG)[:count]
     currents = table(run.currents)[:count]
@@ -284,6 +292,9 @@ def advance(run: Any, first: int, count: int) -> Progress:
         numbers(parts.parameters),
         numbers(parts.state),
         plant_at(plant),
+        Constraints(
+            numbers(constraints.torque), records(constraints.sums, CONSTRAINTS)[0], records(constraints.states, STATE),
+        ),
         Nominal(
             nominal.model, nominal.data, numbers(nominal.qpos), numbers(nominal.qvel), numbers(nominal.bias),
             numbers(nominal.passive),

@@ -21,8 +21,10 @@ from spherical_wrist.loop.engine import interpreted_engine
 from spherical_wrist.loop.instant import write_errors, write_model
 from spherical_wrist.loop.outcome import Outcome, Status
 from spherical_wrist.loop.rollout import Inputs, LoopArguments
+from spherical_wrist.prepare.acting_constraints import constraint_warnings, constraints_of
 from spherical_wrist.prepare.cache import Models, RunCache
 from spherical_wrist.prepare.inputs import InputSource, Motion
+from spherical_wrist.prepare.joint_range import JointRange
 from spherical_wrist.prepare.user_part_checks import check_step, checked_motion, checked_torque
 from spherical_wrist.sensing import Ideal as IdealSensing
 from spherical_wrist.sensing import Sensing
@@ -92,6 +94,7 @@ class ClosedLoop:
         self._models, self._law, self._timing, self._reference = models, law, timing, reference
         self.sensing, self.actuation = sensing, actuation
         engine, wrist, data = cache.engine, models.wrist, models.data
+        self._range = JointRange.of(models.plant)
         settings = _settings(law, timing, actuation)
         samples = Samples(sensing, timing.control_period, seed)
         aged = sensing.timestamped and not sensing.ideal
@@ -110,10 +113,16 @@ class ClosedLoop:
             cache.checked_laws.add(type(law))
         prepared = cache.law(law, timing.control_period)
         self.parts = LoopArguments(
-            *(prepared.step, prepared.packed, state, plant, models.nominal.handles),
+            *(prepared.step, prepared.packed, state, plant, constraints_of(models.plant, data), models.nominal.handles),
             *(sensor_of(sensing, timing.control_period), drive, settings, signal, command),
         )
         self.widths = law.state_size, len(drive.coils)
+
+    def measured_warnings(self) -> tuple[str, ...]:
+        """Return sentences on what acted on the plant alone so far, and on a reference beyond the joint's range."""
+        constraints, period = self.parts.constraints, self._timing.control_period
+        acted = constraint_warnings(self._models.plant, constraints, period, self.sample)
+        return (*(self._range.warnings() if self._range else ()), *acted)
 
     def next_inputs(self, samples: int = CHUNK, steps: int = MAX_STEPS) -> Inputs:
         """Sample the inputs of the next control periods: at most ``samples``, and at most ``steps`` physics steps."""
@@ -124,7 +133,10 @@ class ClosedLoop:
 
     def draw(self, first: int, last: int) -> Inputs:
         """Sample the inputs of control instants ``first`` to ``last`` − 1. Calls must be in order, without gaps."""
-        return self._source.draw(first, last)
+        inputs = self._source.draw(first, last)
+        if self._range is not None:
+            self._range.add(inputs.desired["attitude"])
+        return inputs
 
     def record_progress(self, logged: int, status: int) -> None:
         """Add the control periods of one call of the loop, and set ``outcome`` if the run has ended.

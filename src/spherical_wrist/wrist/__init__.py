@@ -2,7 +2,9 @@
 
 from spherical_wrist.wrist.mjcf import REFUSALS, default_model, model_files
 from spherical_wrist.wrist.named_files import check_confined, portable
-from spherical_wrist.wrist.parts import Names
+from spherical_wrist.wrist.parts import Names, name_of
 from spherical_wrist.wrist.wrist import Wrist, WristFile
 
-__all__ = ["REFUSALS", "Names", "Wrist", "WristFile", "check_confined", "default_model", "model_files", "portable"]
+__all__ = [
+    "REFUSALS", "Names", "Wrist", "WristFile", "check_confined", "default_model", "model_files", "name_of", "portable",
+]  # fmt: skip
