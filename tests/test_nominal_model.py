@@ -146,6 +146,23 @@ def test_gravity_compensation_of_the_plant_is_that_of_the_nominal_wrist(nominal,
             close(required(plant, attitude, rate), heavy - lift, heavy)
 
 
+@pytest.mark.parametrize("shape", ["", 'fluidshape="ellipsoid"'], ids=["box of inertia", "ellipsoid"])
+@pytest.mark.parametrize("change", [Perturbation(mass_scale=1.5), Perturbation(payload=0.05)], ids=["mass", "payload"])
+def test_masses_change_no_drag(change, shape):
+    """MuJoCo takes the size of a body from its inertia, but a payload is a point: to MuJoCo, 0.3 µm large."""
+    drag = []
+    for option in ("", 'density="1000" viscosity="0.1"'):
+        nominal = wrist_of(mjcf(TOOL.replace("<geom", f"<geom {shape}")).replace("<option", f"<option {option}"))
+        model = PlantModel(nominal, 1e-3)
+        model.perturb(change)
+        plants = (nominal.model, perturbed(nominal, change).model, model.model)
+        drag.append([[required(plant, *state) for state in states(4, seed=9)] for plant in plants])
+    before, *after = np.subtract(drag[1], drag[0])
+    assert np.abs(before).max() > 1e-3
+    for found in after:
+        np.testing.assert_allclose(found, before, rtol=0.0, atol=1e-5 * np.abs(before).max())
+
+
 @pytest.mark.parametrize(
     ("flag", "name"), [("frictionloss", "friction"), ("constraint", "friction"), ("damper", "damping")]
 )

@@ -127,11 +127,12 @@ def perturb_spec(spec: mujoco.MjSpec, nominal: Wrist, parts: RigidParts, change:
         ModelError: the model switches off what ``change`` would add.
     """
     _check_flags(nominal, change)
-    whole = parts.perturbed(change)
+    whole, jointed = parts.perturbed(change), spec.bodies[nominal.body]
+    loaded, in_fluid = change.payload > 0.0, nominal.model.opt.density > 0.0 or nominal.model.opt.viscosity > 0.0
     for index, number in enumerate(nominal.moving):
         body = spec.bodies[number]
         body.explicitinertial = True  # with explicit values, geometry contributes no mass
-        if number != nominal.body or change.payload <= 0.0:  # the compiled axes, which are exact
+        if number != nominal.body or not loaded or in_fluid:  # the compiled axes, which are exact
             body.mass = whole.masses[index]
             body.ipos = nominal.model.body_ipos[number] + np.asarray(change.com_shift)
             body.iquat = nominal.model.body_iquat[number]
@@ -143,7 +144,10 @@ def perturb_spec(spec: mujoco.MjSpec, nominal: Wrist, parts: RigidParts, change:
             own = turn.T @ tensor @ turn
             body.ipos, body.iquat, body.inertia = turn.T @ centre, [1.0, 0.0, 0.0, 0.0], np.zeros(3)
             body.fullinertia = [*np.diag(own), own[0, 1], own[0, 2], own[1, 2]]
-            _draw_payload(body, parts.tip, change.payload)
+    if loaded:
+        _draw_payload(jointed, parts.tip, change.payload)
+        if in_fluid:  # where MuJoCo takes the size of a body from its inertia
+            _add_point(jointed, parts.tip, change.payload)
     if change.moves_mass:
         _keep_compensation(spec, nominal)
     # these settings would change the explicit inertias again
@@ -183,9 +187,15 @@ def _keep_compensation(spec: mujoco.MjSpec, nominal: Wrist) -> None:
     compensated = [(spec.bodies[number], number) for number in nominal.moving if model.body_gravcomp[number]]
     for body, number in compensated:
         lift, body.gravcomp = model.body_gravcomp[number] * model.body_mass[number], 0.0
-        point = body.add_body(gravcomp=lift / WEIGHTLESS)
-        point.explicitinertial, point.mass, point.inertia = True, WEIGHTLESS, np.zeros(3)
-        point.ipos, point.iquat = model.body_ipos[number], [1.0, 0.0, 0.0, 0.0]
+        _add_point(body, model.body_ipos[number], WEIGHTLESS).gravcomp = lift / WEIGHTLESS
+
+
+def _add_point(body: mujoco.MjsBody, place: Array, mass: float) -> mujoco.MjsBody:
+    """Weld a point mass to a body."""
+    point = body.add_body()
+    point.explicitinertial, point.mass, point.inertia = True, mass, np.zeros(3)
+    point.ipos, point.iquat = place, [1.0, 0.0, 0.0, 0.0]
+    return point
 
 
 def _draw_payload(body: mujoco.MjsBody, tip: Array, mass: float) -> None:
@@ -229,8 +239,10 @@ class PlantModel:
         same = self.model.body_sameframe[body] or self.model.body_simple[body]
         touches = not self.model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_CONTACT
         # any other body would need its own inertia. MuJoCo may also rely on the principal axes, which a perturbation
-        # turns: for the frame of the body, or for the boxes of its contact detection. Gravity compensation needs bodies
-        self._is_one_body = self.model.nbody == body + 1 and not (same or touches or self.model.ngravcomp)
+        # turns: for the frame of the body, or for the boxes of its contact detection. Gravity compensation and drag
+        # need bodies of their own
+        several = self.model.ngravcomp or self.model.opt.density > 0.0 or self.model.opt.viscosity > 0.0
+        self._is_one_body = self.model.nbody == body + 1 and not (same or touches or several)
 
     def copy(self) -> Self:
         """Return a copy with its own model and data, in half the time of creating it."""
