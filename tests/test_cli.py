@@ -149,7 +149,7 @@ WRONG = [
     ["--reference", "circle"],
     ["--disturbance", "-1"],
     ["--disturbance", "nan"],
-    ["--disturbance-shape", "square"],
+    ["--disturbance-shape", "rectangle"],
     ["--mass-scale", "0"],
     ["--mass-scale", "inf"],
     ["--payload", "-0.1"],

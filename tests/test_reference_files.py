@@ -1,5 +1,6 @@
 """Recorded motions as people have them: every usual form of file gives the same motion, and flaws are told."""
 
+import json
 import os
 import time
 from datetime import UTC, datetime, timedelta
@@ -137,7 +138,7 @@ def test_every_usual_form_gives_the_same_motion(tmp_path, form):
     reference = Recorded(file=written(tmp_path / "motion.txt", content), **settings)
     assert error_of(reference) < 2e-7
     assert np.linalg.norm(reference.motion(TIME)["acceleration"], axis=1).max() < ACCELERATION
-    assert reference.told().warnings == ()
+    assert reference.warnings(2.0) == ()
     assert reference.whole() == pytest.approx(2.99, abs=1e-12)
 
 
@@ -233,7 +234,7 @@ def test_a_strange_line_takes_no_time(tmp_path, line):
 )
 def test_it_says_what_was_recognised(tmp_path, form, said):
     content, settings = FILES[form]
-    summary = Recorded(file=written(tmp_path / "motion.txt", content), **settings).told().summary
+    summary = Recorded(file=written(tmp_path / "motion.txt", content), **settings).about()
     assert said in summary
     assert "300 rows at 100 Hz over 2.99 s, no gaps; peaks of 0.44 rad/s and 0.53 rad/s²; largest step 0.25°" in summary
     assert "\n" not in summary
@@ -246,7 +247,7 @@ def test_it_says_how_far_smoothing_moves_rows(tmp_path):
         for T in (0, 0.3)
     )
     moved = np.degrees((before.inv() * after).magnitude().max())
-    told = Recorded(file=file, smoothing=0.3).told().summary
+    told = Recorded(file=file, smoothing=0.3).about()
     assert f"smoothing of 0.3 s moves rows by up to {moved:.2g}°" in told
 
 
@@ -276,7 +277,7 @@ def rows_with(change):
 def test_rows_that_say_nothing_are_left_out_and_told(tmp_path, content, said):
     reference = Recorded(file=written(tmp_path / "a.csv", content))
     assert error_of(reference) < 1e-6
-    (warning,) = reference.told().warnings
+    (warning,) = reference.warnings(2.0)
     assert said in warning
 
 
@@ -406,12 +407,12 @@ def test_a_flaw_is_told_with_the_setting_that_helps(tmp_path, flaw):
     """With that setting the motion is the true one again, down to its acceleration."""
     time, rotations, form, setting, said, error = FLAWS[flaw]
     reference = Recorded(file=flawed(tmp_path / "a.csv", time, rotations, **form))
-    (warning,) = reference.told().warnings
+    (warning,) = reference.warnings(2.0)
     assert said in warning
     helped = reference.sizing()
     assert f"reference.{setting}={getattr(helped, setting):g}" in warning
     assert helped == reference.replaced(**{setting: getattr(helped, setting)})
-    assert helped.told().warnings == ()
+    assert helped.warnings(2.0) == ()
     asked = np.linspace(0.4, 3.6, 500)
     assert error_of(helped, asked) < error
     rough, calm = (np.linalg.norm(each.motion(asked)["acceleration"], axis=1).max() for each in (reference, helped))
@@ -436,13 +437,13 @@ def test_a_good_file_is_told_nothing_about(tmp_path, motion, rate):
     else:
         rotations = Rotation.from_quat(motion.motion(time)["attitude"], scalar_first=True)
     reference = Recorded(file=flawed(tmp_path / "a.csv", time, rotations))
-    assert reference.told().warnings == ()
+    assert reference.warnings(2.0) == ()
     assert reference.sizing() is reference
 
 
 def test_a_body_at_rest_is_no_flaw(tmp_path):
     still = Rotation.from_rotvec(np.zeros((400, 3)))
-    assert Recorded(file=flawed(tmp_path / "a.csv", LONG, still)).told().warnings == ()
+    assert Recorded(file=flawed(tmp_path / "a.csv", LONG, still)).warnings(2.0) == ()
 
 
 def test_a_turn_too_far_to_be_interpolated_can_be_taken_out(tmp_path):
@@ -478,7 +479,7 @@ def test_the_whole_motion(tmp_path):
     experiment = Experiment(reference={"name": "recorded", "file": file, "speed": 1.3}, duration="whole")
     assert experiment.duration == pytest.approx(2.3, abs=1e-12)
     assert experiment.replaced(control_period=0.004, duration="whole").duration == pytest.approx(2.3, abs=1e-12)
-    assert experiment.told().warnings == ()
+    assert experiment.reference.warnings(experiment.duration) == ()
     toml = written(tmp_path / "a.toml", f'duration = "whole"\nreference = "recorded:{file}"\n')
     assert Experiment.from_toml(toml).duration == pytest.approx(2.99, abs=1e-12)
     with pytest.raises(ParameterError, match="has no end"):
@@ -497,8 +498,8 @@ def test_figures_end_with_the_motion(tmp_path):
     size = np.linalg.norm(longer.error[window], axis=1)
     assert longer.metrics.rms_error_rad == pytest.approx(np.sqrt(np.mean(size**2)), rel=1e-12)
     assert longer.metrics.max_error_rad == pytest.approx(size.max(), rel=1e-12)
-    (warning,) = Experiment(**short, duration=2.5).told().warnings
-    assert "the motion ends at 1.6 s, and the run at 2.5 s" in warning
+    (warning,) = Experiment(**short).reference.warnings(2.5)
+    assert "it ends at 1.6 s, and the run at 2.5 s" in warning
     assert "--duration whole" in warning
 
 
@@ -508,3 +509,19 @@ def test_a_changed_file_changes_the_run(tmp_path):
     before = simulate(experiment)
     written(file, text_of("time,qw,qx,qy,qz", TIME, wxyz(3.0 * TIME)))
     assert not np.array_equal(simulate(experiment).desired_attitude, before.desired_attitude)
+
+
+def test_the_command_lasts_as_long_as_the_motion_and_says_what_it_is(wrist, tmp_path):
+    file = written(tmp_path / "motion.csv", PLAIN)
+    arguments = ["run", "--reference", f"recorded:{file}", "--set", "reference.speed=10", "--law", "pd"]
+    code, out, _ = wrist(*arguments, "--duration", "whole")
+    assert code == 0
+    assert "0.299 s at 1000 Hz" in out
+    assert "motion motion.csv: quaternion w, x, y, z from qw, qx, qy, qz" in " ".join(out.split())
+    code, out, _ = wrist(*arguments, "--duration", "0.5", "--json")
+    told = json.loads(out)
+    assert (code, told["duration_s"]) == (0, 0.5)
+    assert told["motion"] == Recorded(file=file).about()
+    code, out, error = wrist(*arguments, "--duration", "all")
+    assert (code, out) == (2, "")
+    assert "'all' is neither a number of seconds nor whole" in error

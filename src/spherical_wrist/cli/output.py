@@ -10,6 +10,7 @@ from spherical_wrist.actuation import Ideal as IdealActuation
 from spherical_wrist.cli.tables import number, printer
 from spherical_wrist.loop.outcome import Status
 from spherical_wrist.measure.metrics import METRICS, Metrics
+from spherical_wrist.plain_text import visible
 from spherical_wrist.sensing import Ideal as IdealSensing
 from spherical_wrist.simulation.run import Run
 
@@ -19,11 +20,19 @@ IDEAL = {"sensing": IdealSensing().model_dump(mode="json"), "actuation": IdealAc
 COLOURS = {Status.COMPLETED: "green", Status.DIVERGED: "red", Status.INTERRUPTED: "yellow"}
 
 
-def run_table(run: Run, recording: Path | None) -> None:
-    """Print the experiment, its outcome and its metrics."""
+def run_table(run: Run, recording: Path | None, motion: str = "") -> None:
+    """Print the experiment, its outcome and its metrics.
+
+    Args:
+        run: the run.
+        recording: its recording; None where there is none.
+        motion: description of the motion that was read, in one line; empty for a formula.
+    """
     console = printer()
     console.print(headline(run))
     console.print(Text(conditions(run), style="dim"))
+    if motion:
+        console.print(Text(visible(motion), style="dim"))
     console.print(metrics_table({"": run.metrics}))
     console.print(Text(footnote(run), style="dim"))
     if recording is not None:

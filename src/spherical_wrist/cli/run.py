@@ -79,6 +79,7 @@ def command(
     target = None if no_recording else output
     if target is not None:
         check_writable(target)
+    motion = described.reference.about()
     with ExitStack() as stack:
         show, close = (
             stack.enter_context(_live(described, viewer, record_every)) if live or viewer is not None else (None, None)
@@ -101,9 +102,9 @@ def command(
         if close is not None:
             close(run)
     if json:
-        print_json(_summary(run, recording))
+        print_json({**_summary(run, recording), **({"motion": motion} if motion else {})})
     else:
-        run_table(run, recording)
+        run_table(run, recording, motion)
     if received:
         return 128 + received[0]
     return 0 if run.outcome.status is Status.COMPLETED else 1

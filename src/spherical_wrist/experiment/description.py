@@ -19,7 +19,7 @@ from spherical_wrist.experiment.perturbation import Perturbation, Start
 from spherical_wrist.experiment.timing import Timing
 from spherical_wrist.measure.metrics import MetricSettings
 from spherical_wrist.parameters import Member, NonNegative, Parameters, Positive, Vector, quantity
-from spherical_wrist.reference import Reference, Told
+from spherical_wrist.reference import Reference
 from spherical_wrist.sensing import Sensing
 
 if TYPE_CHECKING:  # these import MuJoCo, which is too slow for completion in the shell
@@ -27,9 +27,6 @@ if TYPE_CHECKING:  # these import MuJoCo, which is too slow for completion in th
 
 STEADY_FROM = 2.0
 """Default start of the steady window [s]."""
-
-SHORT_REST = 0.02
-"""Fraction of a run that a motion may rest at its end without a warning."""
 
 
 def _member(given: Any, info: ValidationInfo) -> Any:
@@ -174,22 +171,6 @@ class Experiment(Parameters):
         lever = (float(wrist.lever[0]), float(wrist.lever[1]), float(wrist.lever[2]))
         resistance = self.actuation.resistance if isinstance(self.actuation, SphericalMotor) else None
         return MetricSettings(steady_from, self.control_period, lever, layer, resistance, until)
-
-    def told(self) -> Told:
-        """Return what there is to say about the motion before it is run, in words.
-
-        Raises:
-            ParameterError: there is no motion.
-        """
-        summary, warnings = self.reference.told()
-        end = self.reference.end()
-        if end < (1.0 - SHORT_REST) * self.duration:
-            early = (
-                f"the motion ends at {end:.4g} s, and the run at {self.duration:.4g} s: figures are up to the end of "
-                "the motion; --duration whole ends the run with it, and reference.after=repeat goes on"
-            )
-            warnings = (*warnings, early)
-        return Told(summary, warnings)
 
 
 def _whole(experiment: Experiment) -> float:

@@ -1,7 +1,7 @@
 """Desired motions of the wrist with exact attitude, rate and acceleration."""
 
 from spherical_wrist.reference.angles import Lissajous, Sinusoid, motion_of_angles
-from spherical_wrist.reference.base import Reference, Told, motion_of
+from spherical_wrist.reference.base import Reference, motion_of
 from spherical_wrist.reference.beating_heart import BeatingHeart
 from spherical_wrist.reference.chirp import Chirp
 from spherical_wrist.reference.recorded import Recorded
@@ -18,7 +18,6 @@ __all__ = [
     "Sinusoid",
     "Step",
     "Suture",
-    "Told",
     "motion_of",
     "motion_of_angles",
 ]

@@ -1,8 +1,8 @@
 """Base of references: an attitude as an exactly differentiable function of time."""
 
-from collections.abc import Hashable, Mapping
+from collections.abc import Hashable, Iterable, Mapping
 from math import inf
-from typing import Any, ClassVar, NamedTuple, Self
+from typing import Any, ClassVar, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -11,18 +11,6 @@ from spherical_wrist.errors import ParameterError
 from spherical_wrist.parameters import Member
 
 Array = npt.NDArray[np.float64]
-
-
-class Told(NamedTuple):
-    """Words about a motion that comes from outside.
-
-    Attributes:
-        summary: what it is, in one line; empty where there is nothing to say.
-        warnings: what is doubtful about it, one line each.
-    """
-
-    summary: str = ""
-    warnings: tuple[str, ...] = ()
 
 
 class Reference(Member):
@@ -56,9 +44,20 @@ class Reference(Member):
         """Return the time [s] that the whole motion takes; infinity where it has no end."""
         return inf
 
-    def told(self) -> Told:
-        """Return what there is to say about the motion before it is run; nothing about those that are formulas."""
-        return Told()
+    def about(self) -> str:
+        """Return what the motion is, in one line; nothing about those that are formulas."""
+        return ""
+
+    def warnings(self, duration: float) -> Iterable[str]:
+        """Return a sentence for everything in the motion that makes a run of it doubtful; nothing where it is right.
+
+        It is asked once a run, after :meth:`drawn`. A sentence has the figure, what it means, and the setting that
+        helps, without a full stop; see :mod:`spherical_wrist.measure.warnings`.
+
+        Args:
+            duration: of the run [s].
+        """
+        return ()
 
     def sizing(self) -> Self:
         """Return the motion that sizes relative disturbances: this one, or without peaks that are no motion."""

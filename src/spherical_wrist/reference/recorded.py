@@ -13,13 +13,16 @@ from pydantic import AfterValidator, BeforeValidator
 
 from spherical_wrist.errors import ParameterError
 from spherical_wrist.parameters import NonNegative, Positive, quantity
-from spherical_wrist.reference.base import Array, Reference, Told
+from spherical_wrist.reference.base import Array, Reference
 from spherical_wrist.reference.jigsaws import Arm
 from spherical_wrist.reference.recorded_columns import TimeUnit, read_columns
 from spherical_wrist.reference.recorded_curve import After, Curve, curve_of, spline_of
 from spherical_wrist.reference.recorded_file import Reading, Recording, read_recorded
 from spherical_wrist.reference.recorded_flaws import Flaws, flaws_of, summary_of, without_jumps
 from spherical_wrist.reference.recorded_rows import RowError
+
+SHORT_REST = 0.02
+"""Fraction of a run that a motion may rest at its end without a warning."""
 
 
 def _absolute(file: Path) -> Path:
@@ -112,16 +115,29 @@ class Recorded(Reference):
         """
         return float(self._loaded().recording.track.time[-1]) / self.speed
 
-    def told(self) -> Told:
-        """See :meth:`.Reference.told`.
+    def about(self) -> str:
+        """See :meth:`.Reference.about`.
 
         Raises:
             ParameterError: there is no file, or it is not a motion.
         """
         loaded = self._loaded()
-        name = f"motion {loaded.file.name}"
-        notes = [*loaded.recording.notes, *loaded.flaws.warnings]
-        return Told(f"{name}: {loaded.summary}", tuple(f"{name}: {note}" for note in notes))
+        return f"motion {loaded.file.name}: {loaded.summary}"
+
+    def warnings(self, duration: float) -> tuple[str, ...]:
+        """See :meth:`.Reference.warnings`.
+
+        Raises:
+            ParameterError: there is no file, or it is not a motion.
+        """
+        loaded, end = self._loaded(), self.end()
+        found = [*loaded.recording.notes, *loaded.flaws.warnings]
+        if end < (1.0 - SHORT_REST) * duration:
+            found.append(
+                f"it ends at {end:.4g} s, and the run at {duration:.4g} s: figures are up to the end of the motion; "
+                "--duration whole ends the run with it, and reference.after=repeat goes on"
+            )
+        return tuple(f"motion {loaded.file.name}: {warning}" for warning in found)
 
     def sizing(self) -> Self:
         """See :meth:`.Reference.sizing`.
