@@ -104,6 +104,7 @@ FILES = {
     "tabs, byte-order mark and carriage returns": (
         "\ufeff" + PLAIN.replace(",", "\t").replace("\n", "\r\n"), {},
     ),
+    "of a spreadsheet": ("sep=;\n" + PLAIN.replace(",", ";").replace(".", ","), {}),
     "UTF-16": (PLAIN.encode("utf-16"), {}),
     "comments and empty lines": (PLAIN.replace("\n0.5", "\n# half a second\n\n  % more\n0.5"), {}),
     "names after spaces": (text_of("  time   qw qx  qy qz", TIME, wxyz(), by="   "), {}),
@@ -450,7 +451,11 @@ def test_a_turn_too_far_to_be_interpolated_can_be_taken_out(tmp_path):
     file = flawed(tmp_path / "a.csv", LONG, turned_from(180, 120.0))
     with pytest.raises(ParameterError, match=r"reference\.jump=1 takes it out"):
         Recorded(file=file).motion(TIME)
-    assert error_of(Recorded(file=file, jump=1.0), LONG) < 1e-4
+    helped = Recorded(file=file, jump=1.0)
+    assert error_of(helped, LONG) < 1e-4
+    assert "1 turn of more than 1 rad taken out" in helped.about()
+    with pytest.raises(ParameterError, match=r"would take out 399 of its 399 turns .* give a larger one"):
+        Recorded(file=file, jump=1e-9).motion(TIME)
 
 
 @pytest.mark.parametrize("flaw", ["bursts", "a jump that stays", "noise"])

@@ -19,7 +19,7 @@ from spherical_wrist.reference.recorded_columns import TimeUnit, read_columns
 from spherical_wrist.reference.recorded_curve import After, Curve, curve_of, spline_of
 from spherical_wrist.reference.recorded_file import Reading, Recording, read_recorded
 from spherical_wrist.reference.recorded_flaws import Flaws, flaws_of, summary_of, without_jumps
-from spherical_wrist.reference.recorded_rows import RowError
+from spherical_wrist.reference.recorded_rows import RowError, angles_between
 
 SHORT_REST = 0.02
 """Fraction of a run that a motion may rest at its end without a warning."""
@@ -218,7 +218,9 @@ def _load(
     smoothing = recording.smoothing if smoothing is None else smoothing
     with _named(file):
         if jump is not None:
-            recording = recording._replace(track=without_jumps(recording.track, jump))
+            jumps = int((angles_between(recording.track.attitude) > jump).sum())
+            said = f"{recording.said}, {jumps} turn{'s' * (jumps != 1)} of more than {jump:g} rad taken out"
+            recording = recording._replace(track=without_jumps(recording.track, jump), said=said)
         return _Loaded(file, recording, smoothing, stamped=reading.rate is None and recording.stamped)
 
 

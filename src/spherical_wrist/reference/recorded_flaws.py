@@ -32,6 +32,8 @@ NEIGHBOURS = 4
 """Rows on each side that a jump is compared with."""
 MOST_JUMPS = 0.02
 """Largest fraction of the rows that jump; more are the motion."""
+LARGEST_SHARE = 0.1
+"""Largest fraction of the rows that can be taken out as jumps."""
 ORDER = 8
 """Order of the divided differences that noise is estimated from."""
 QUIET = 0.15
@@ -76,17 +78,25 @@ def without_jumps(track: Track, jump: float) -> Track:
     """Return a motion without turns from row to row above ``jump`` [rad]: what follows is turned back in the world.
 
     In place of such a turn, the body goes on with a rate between those before and after it.
+
+    Raises:
+        RowError: so many turns are above it that they are the motion.
     """
     from scipy.spatial.transform import Rotation
 
-    if not (angles_between(track.attitude) > jump).any():
+    turns = angles_between(track.attitude)
+    if not (turns > jump).any():
         return track
+    if (turns > jump).mean() > LARGEST_SHARE:
+        out, usual = int((turns > jump).sum()), float(np.median(turns))
+        raise RowError(
+            f"reference.jump = {jump:g} rad would take out {out} of its {len(turns)} turns from row to row, of "
+            f"{usual:.2g} rad in the median: give a larger one"
+        )
     turned = Rotation.from_quat(track.attitude, scalar_first=True)
     steps = (turned[:-1].inv() * turned[1:]).as_rotvec()
     jumps = np.linalg.norm(steps, axis=1) > jump
     rates = steps / np.diff(track.time)[:, None]
-    if jumps.all():
-        return track
     where, middle = np.flatnonzero(jumps), 0.5 * (track.time[1:] + track.time[:-1])
     between = [np.interp(middle[jumps], middle[~jumps], rate[~jumps]) for rate in rates.T]
     fixed = np.stack(between, axis=1) * np.diff(track.time)[jumps, None]

@@ -23,7 +23,8 @@ LONGEST = 1 << 20
 """Most characters of a line."""
 LARGEST = 1 << 28
 """Most bytes of the columns that are read: four times what the most rows of plain numbers take."""
-COMMENT = re.compile(r"(?m)^[ \t]*(?:[#%].*)?\r?(?:\n|\Z)")
+COMMENT = re.compile(r"(?m)^[ \t]*(?:[#%].*|sep=.)?(?:\n|\Z)")
+"""A line that is no row: empty, a comment, or a spreadsheet's own statement of its separator."""
 SPACES = re.compile(r"[ \t]+")
 EDGES = re.compile(r"(?m)^ | $")
 DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+(?:[eE][+-]?\d+)?")
@@ -81,8 +82,8 @@ def dialect_of(path: Path) -> Dialect:
     lines = [line.strip() for line in text.split("\n")]
     if len(text) == HEAD and len(lines) > 1:
         lines.pop()  # not read to its end
+    rows = [line for line in lines if not COMMENT.fullmatch(line)]
     comments = [line for line in lines if line.startswith(("#", "%"))]
-    rows = [line for line in lines if line and line not in comments]
     if not rows:
         raise RowError("it has no rows")
     delimiter = _delimiter(rows[min(1, len(rows) - 1)])
