@@ -18,7 +18,7 @@ constraint acted; every how many of them one state is kept; number of states kep
 STATE = np.dtype([("attitude", "f8", 4), ("rate", "f8", 3), ("control", "f8", 3), ("applied", "f8", 3)], align=True)
 """State of the plant, motor controls, and torque applied to the joint [N·m], where a constraint acted."""
 
-STATES = 256
+STATES = 128
 """Most states that are kept. If there are more, every second one is dropped, so that they stay evenly spread."""
 
 ROUNDING = 1e-9

@@ -1,15 +1,18 @@
 """Constraints that acted on the plant alone in a run: which, for how long, and with how much torque."""
 
+import math
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 import mujoco
 import numpy as np
+import numpy.typing as npt
 
 from spherical_wrist.compat.libmujoco import warnings_kept_in_data
 from spherical_wrist.loop.constraints import CONSTRAINTS, STATE, STATES, Constraints
 from spherical_wrist.wrist import name_of
 
+Array = npt.NDArray[np.float64]
 Key = tuple[int, ...]
 KIND, OBJECT, OFF = mujoco.mjtConstraint, mujoco.mjtObj, mujoco.mjtDisableBit
 FRICTION = {int(KIND.mjCNSTR_FRICTION_DOF), int(KIND.mjCNSTR_FRICTION_TENDON)}
@@ -70,26 +73,27 @@ def _torques(model: mujoco.MjModel, data: mujoco.MjData, state: Any) -> Iterator
     data.ctrl[:], data.qfrc_applied[:] = state["control"], state["applied"]
     mujoco.mj_forward(model, data)
     force = data.efc_force
-    rows = dict[Key, list[int]]()
-    for row in np.flatnonzero(force).tolist():
-        rows.setdefault(_key(data, row), []).append(row)
-    for key, several in rows.items():
-        if key[0] not in FRICTION:
-            alone, torque = np.zeros(data.nefc), np.empty(model.nv)
-            alone[several] = force[several]
-            mujoco.mj_mulJacTVec(model, data, torque, alone)
-            yield key, float(np.linalg.norm(torque))
+    rows = np.flatnonzero(force)
+    if mujoco.mj_isSparse(model):
+        jacobian = np.zeros((data.nefc, model.nv))
+        mujoco.mju_sparse2dense(jacobian, data.efc_J, data.efc_J_rownnz, data.efc_J_rowadr, data.efc_J_colind)
+    else:
+        jacobian = data.efc_J.reshape(-1, model.nv)
+    torques = dict[Key, Array]()
+    terms = force[rows, None] * jacobian[rows]
+    for kind, index, term in zip(data.efc_type[rows].tolist(), data.efc_id[rows].tolist(), terms, strict=True):
+        if kind not in FRICTION:
+            key = _contact(data.contact[index], kind) if kind in CONTACTS else (kind, index)
+            torques[key] = torques[key] + term if key in torques else term
     if model.flg_adhesion and data.qfrc_adhesion.any():
-        yield (), float(np.linalg.norm(data.qfrc_adhesion))
+        torques[()] = data.qfrc_adhesion
+    for key, torque in torques.items():
+        yield key, math.hypot(*torque)
 
 
-def _key(data: mujoco.MjData, row: int) -> Key:
-    """Return kind and element of a constraint's row; of a contact, the two geoms and the two flexes."""
-    kind, index = int(data.efc_type[row]), int(data.efc_id[row])
-    if kind not in CONTACTS:
-        return kind, index
-    contact = data.contact[index]
-    return kind, *map(int, contact.geom), *map(int, contact.flex)
+def _contact(contact: mujoco.MjContact, kind: int) -> Key:
+    """Return the key of a contact: two geoms, and two flexes."""
+    return kind, *contact.geom.tolist(), *contact.flex.tolist()
 
 
 def _name(model: mujoco.MjModel, key: Key) -> str:
