@@ -4,7 +4,7 @@ Every error that the package raises on purpose is a :class:`WristError` with a m
 is not an error but an outcome.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from difflib import get_close_matches
 
 
@@ -47,6 +47,27 @@ class UnknownNameError(ParameterError):
         near = get_close_matches(str(given), names, n=1, cutoff=0.5)
         guess = f"; did you mean {near[0]!r}?" if near else ""
         super().__init__(f"unknown {kind} {str(given)!r}{guess} (valid: {', '.join(names)}){advice}")
+
+
+MOST_BITS = 1024
+"""Largest integers that are read from a file or a command line; no floating-point number is larger."""
+
+
+def refuse_huge_integers(value: object, name: str = "") -> None:
+    """Refuse integers that no number of an experiment can be, and that Python does not even print.
+
+    Args:
+        value: plain data.
+        name: dotted name of the value.
+
+    Raises:
+        ParameterError: there is one; the message has its name.
+    """
+    if isinstance(value, int) and value.bit_length() > MOST_BITS:
+        raise ParameterError(f"{name}: an integer of {value.bit_length()} bits is too large")
+    inner = value.items() if isinstance(value, Mapping) else enumerate(value) if isinstance(value, list | tuple) else ()
+    for key, each in inner:
+        refuse_huge_integers(each, f"{name}.{key}".lstrip("."))
 
 
 def one_line(error: object, limit: int = 300) -> str:

@@ -1,4 +1,4 @@
-"""Atomic writing of files: completely or not at all.
+"""Atomic writing of files, completely or not at all; and reading that does not wait.
 
 If the system supports it, the content goes to a file that has no name until it is complete: a process that is killed
 leaves nothing behind. Otherwise (macOS, some network file systems) it goes to a hidden file ``.wrist-….part`` beside
@@ -9,6 +9,7 @@ import errno
 import os
 import re
 import secrets
+import stat
 import time
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager, suppress
@@ -34,6 +35,52 @@ _NAMELESS_UNKNOWN = (errno.EOPNOTSUPP, errno.EISDIR, errno.EINVAL)
 _LEFTOVER = re.compile(r"\.wrist-[0-9a-f]{16}\.part")
 LEFT_AFTER = 600.0
 """Age [s] from which a hidden file counts as left behind; no file takes so long to write."""
+
+
+_inputs: set[tuple[int, int]] | None = None
+"""Device and number of each file that the command has read; None outside a command."""
+
+
+@contextmanager
+def inputs_kept() -> Iterator[None]:
+    """Refuse, in this context, to write onto a file that was read in it: a command never replaces its own input."""
+    global _inputs  # noqa: PLW0603
+    before, _inputs = _inputs, set()
+    try:
+        yield
+    finally:
+        _inputs = before
+
+
+def note_input(path: Path) -> None:
+    """Note a file as an input of the command; see :func:`inputs_kept`."""
+    if _inputs is not None:
+        with suppress(OSError, ValueError):
+            found = path.stat()
+            _inputs.add((found.st_dev, found.st_ino))
+
+
+def read_whole(path: Path) -> bytes:
+    """Return the content of an input file, without ever waiting for somebody to write it.
+
+    Raises:
+        OSError: it cannot be read; also raised for a pipe that nobody writes to, and for a device.
+    """
+    descriptor = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)
+    try:
+        note_input(path)
+        kind = os.fstat(descriptor).st_mode
+        pipe = stat.S_ISFIFO(kind)
+        if not (pipe or stat.S_ISREG(kind)):
+            raise OSError(errno.EINVAL, "a directory" if stat.S_ISDIR(kind) else "a device, not a file", str(path))
+        os.set_blocking(descriptor, True)  # a pipe may be slow, as that of a shell's <(command)
+        with open(descriptor, "rb", closefd=False) as file:
+            content = file.read()
+        if pipe and not content:
+            raise OSError(errno.EINVAL, "a pipe that nobody writes to", str(path))
+        return content
+    finally:
+        os.close(descriptor)
 
 
 def write_whole(path: Path, content: bytes | Iterable[bytes], kind: str = "recording") -> None:
@@ -206,6 +253,8 @@ def _target(path: Path, kind: str) -> Iterator[Path]:
         if target.exists() and not target.is_file():
             found = "a directory" if target.is_dir() else "not a regular file"
             raise RecordingError(f"{said}: it is {found}; give the path of a file")
+        if _inputs and target.exists() and (target.stat().st_dev, target.stat().st_ino) in _inputs:
+            raise RecordingError(f"{said}: it is an input of this command; give another path")
         yield target
 
 

@@ -150,6 +150,12 @@ class Parameters(BaseModel):
         return type(self)(**{**{name: getattr(self, name) for name in type(self).model_fields}, **changes})
 
 
+def paths_of(part: Parameters) -> dict[str, Path]:
+    """Return the parameters that are files, by name."""
+    values = ((name, getattr(part, name)) for name in type(part).model_fields)
+    return {name: value for name, value in values if isinstance(value, Path)}
+
+
 class Member(Parameters):
     """A named member of a family.
 
@@ -282,5 +288,8 @@ def _sentence(detail: ErrorDetails, model: type[BaseModel]) -> str:
         return one_line(message)
     field = path[0]
     unit = f" [{unit_of(model, field)}]" if field in model.model_fields and unit_of(model, field) else ""
-    given = one_line(repr(detail["input"]), limit=80)
+    try:
+        given = one_line(repr(detail["input"]), limit=80)
+    except ValueError:  # raised for integers that Python does not print
+        given = "an integer of thousands of digits"
     return one_line(f"{'.'.join(path)} = {given}{unit}: {message}")

@@ -10,6 +10,7 @@ from types import ModuleType
 from typing import TYPE_CHECKING, NamedTuple
 
 from spherical_wrist.errors import UnknownNameError, one_line
+from spherical_wrist.files import read_whole
 
 if TYPE_CHECKING:
     from spherical_wrist.parameters import Member
@@ -46,7 +47,7 @@ def member_from_file(address: str, family: "type[Member]") -> "type[Member]":
     if not path.is_file():
         raise family.fault(f"{kind} {address!r}: no such file {file!r}; give path/to/file.py:Name")
     try:
-        loaded = _loaded(path, path.read_bytes())
+        loaded = _loaded(path, read_whole(path))
     except _FileError as error:
         raise family.fault(f"{kind} file {str(path)!r}{error}") from None
     except OSError as error:

@@ -8,7 +8,7 @@ from pathlib import Path
 from spherical_wrist.campaign.description import Campaign
 from spherical_wrist.campaign.episode import changed
 from spherical_wrist.experiment.description import Experiment
-from spherical_wrist.parameters import Parameters
+from spherical_wrist.parameters import paths_of
 from spherical_wrist.simulation.run import versions
 from spherical_wrist.wrist import model_files
 
@@ -52,12 +52,6 @@ def digest_of(campaign: Campaign) -> str:
             for file in paths_of(part).values():
                 digest.update(file.read_bytes() if file.is_file() else b"")
     return digest.hexdigest()
-
-
-def paths_of(part: Parameters) -> dict[str, Path]:
-    """Return the parameters that are files, by name."""
-    values = ((name, getattr(part, name)) for name in type(part).model_fields)
-    return {name: value for name, value in values if isinstance(value, Path)}
 
 
 def _all_that_name_files(campaign: Campaign) -> Iterator[Experiment]:

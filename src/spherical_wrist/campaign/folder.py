@@ -11,16 +11,19 @@ import shlex
 from collections.abc import Callable, Mapping
 from contextlib import AbstractContextManager, nullcontext, suppress
 from pathlib import Path
-from typing import Any, NamedTuple, Self
+from typing import Annotated, Any, NamedTuple, Self
 
-from spherical_wrist.campaign.description import Campaign
+from pydantic import ConfigDict, Field
+
+from spherical_wrist.campaign.description import MOST_EPISODES, Campaign
 from spherical_wrist.campaign.digest import digest_of, version_differences, versions_here
 from spherical_wrist.campaign.errors import CampaignError
 from spherical_wrist.campaign.store import EpisodeFiles, Episodes, python_warning
 from spherical_wrist.consent import code_in, without_code
-from spherical_wrist.errors import RecordingError
-from spherical_wrist.files import write_whole
+from spherical_wrist.errors import ParameterError, RecordingError, one_line
+from spherical_wrist.files import read_whole, write_whole
 from spherical_wrist.folder_lock import LOCK, folder_lock
+from spherical_wrist.parameters import Parameters
 
 GIVEN, RESOLVED, EPISODES = "campaign.toml", "campaign.json", "episodes"
 FORMAT = 1
@@ -61,12 +64,12 @@ class Folder(NamedTuple):
             CampaignError: the folder has other content, or cannot be written.
         """
         check_empty(path)
-        campaign = campaign.resolved()
+        campaign, given = campaign.resolved(), read_whole(file)
         made = cls(path, campaign, digest_of(campaign), batch_size(campaign), versions_here())
         description = {
             "format": FORMAT,
             "digest": made.digest,
-            "file": hashlib.sha256(file.read_bytes()).hexdigest(),
+            "file": hashlib.sha256(given).hexdigest(),
             "batch_size": made.batch_size,
             "sealed": made.sealed,
             "versions": dict(made.versions),
@@ -74,7 +77,7 @@ class Folder(NamedTuple):
         }
         try:
             (path / EPISODES).mkdir(exist_ok=True)
-            write_whole(path / GIVEN, file.read_bytes(), "campaign")
+            write_whole(path / GIVEN, given, "campaign")
             write_whole(path / RESOLVED, json.dumps(description, indent=2, ensure_ascii=False).encode(), "campaign")
         except (OSError, RecordingError) as error:
             raise CampaignError(f"{error}") from None
@@ -92,20 +95,26 @@ class Folder(NamedTuple):
             CampaignError: there is no campaign, or its description is damaged.
             WristError: it names files that are not there.
         """
-        description = _read(Path(path))
-        try:
-            withheld = () if trust else tuple(code_in(description["campaign"]))
-            with without_code() if withheld else nullcontext():
-                campaign = Campaign(**description["campaign"])
-            digest, size, versions = (description[name] for name in ("digest", "batch_size", "versions"))
-            return cls(Path(path), campaign, digest, size, versions, withheld, bool(description.get("sealed")))
-        except (KeyError, TypeError) as error:
-            raise CampaignError(f"{str(Path(path) / RESOLVED)!r} is damaged: {error!r}") from None
+        found = _read(Path(path))
+        withheld = () if trust else tuple(code_in(found.campaign))
+        with without_code() if withheld else nullcontext():
+            campaign = Campaign(**found.campaign)
+        return cls(Path(path), campaign, found.digest, found.batch_size, found.versions, withheld, found.sealed)
 
     def command(self, *options: str) -> str:
         """Return a command line on this folder, with the consent that its code needs."""
         consent = ["--trust"] if code_in(self.campaign.model_dump(mode="json")) else []
         return shlex.join(["wrist", "sweep", str(self.path), *options, *consent])
+
+    def check_output(self, file: Path) -> None:
+        """Refuse to write onto a file of the campaign.
+
+        Raises:
+            CampaignError: the path is that of one.
+        """
+        target, own = file.resolve(), self.path.resolve()
+        if target in (own / GIVEN, own / RESOLVED, own / LOCK) or target.is_relative_to(own / EPISODES):
+            raise CampaignError(f"{str(file)!r} is a file of the campaign: give another path")
 
     def check_consent(self) -> None:
         """Refuse to simulate with Python files that were not loaded.
@@ -148,7 +157,7 @@ class Folder(NamedTuple):
             CampaignError: ``campaign.toml``, a file of a law, a model or a motion has changed, or versions have.
         """
         file = self.path / GIVEN
-        if not file.is_file() or hashlib.sha256(file.read_bytes()).hexdigest() != _read(self.path)["file"]:
+        if not file.is_file() or hashlib.sha256(file.read_bytes()).hexdigest() != _read(self.path).file:
             raise CampaignError(f"{str(file)!r} has changed since the campaign began: restore it, or begin another")
         if digest_of(self.campaign) != self.digest:
             raise CampaignError(
@@ -201,17 +210,37 @@ def batch_size(campaign: Campaign) -> int:
     return max(round(min(wanted, campaign.size / FEWEST_BATCHES) / laws), 1) * laws
 
 
-def _read(path: Path) -> dict[str, Any]:
+class _Description(Parameters):
+    """Contents of ``campaign.json``."""
+
+    model_config = ConfigDict(extra="ignore", strict=True)
+
+    format: int
+    digest: str
+    file: str
+    batch_size: Annotated[int, Field(gt=0, le=MOST_EPISODES)]
+    versions: dict[str, str]
+    campaign: dict[str, Any]
+    sealed: bool = False
+
+
+def _read(path: Path) -> _Description:
     file = path / RESOLVED
     try:
-        description = json.loads(file.read_bytes())
+        found = json.loads(read_whole(file))
+        if not isinstance(found, dict) or found.get("format") != FORMAT:
+            raise CampaignError(f"{str(file)!r} is not of format {FORMAT}: was it made by another version?")
+        return _Description(**found)
     except FileNotFoundError:
         raise CampaignError(f"{str(path)!r} holds no campaign: there is no {RESOLVED} in it") from None
-    except (OSError, ValueError) as error:
-        raise CampaignError(f"{str(file)!r} cannot be read: {error}") from None
-    if not isinstance(description, dict) or description.get("format") != FORMAT:
-        raise CampaignError(f"{str(file)!r} is not of format {FORMAT}: was it made by another version?")
-    return description
+    except RecursionError:
+        raise CampaignError(f"{str(file)!r} cannot be read: its values are nested too deeply") from None
+    except OSError as error:
+        raise CampaignError(f"{str(file)!r} cannot be read: {error.strerror or error}") from None
+    except ValueError as error:
+        raise CampaignError(f"{str(file)!r} cannot be read: {one_line(error).partition(';')[0]}") from None
+    except ParameterError as error:
+        raise CampaignError(f"{str(file)!r} is damaged: {error}") from None
 
 
 def _left_behind(path: Path) -> bool:

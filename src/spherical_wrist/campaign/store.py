@@ -212,6 +212,9 @@ class EpisodeFiles:
         return Episodes([self.path(self.batch(number)) for number in sorted(complete)], self._schema)
 
 
+MOST_NAMED = 5
+"""Most files that are named in warnings."""
+
 UNSEALED = "{} from an older version without checksums: changes are not found"
 """Warning about files that are not sealed."""
 
@@ -244,9 +247,11 @@ class ScanResult(NamedTuple):
     unsealed: int
 
     def doubts(self) -> list[str]:
-        """Return a line about each file that is not trusted, and one about those without a checksum."""
+        """Return a line about each of the first files that are not trusted, and one about those without a checksum."""
         old = [UNSEALED.format(f"{self.unsealed} file{'s' * (self.unsealed > 1)}")] if self.unsealed else []
-        return [*(f"not trusted: {fault}" for fault in self.faults), *old]
+        named, more = self.faults[:MOST_NAMED], len(self.faults) - MOST_NAMED
+        rest = [f"not trusted: {more} more files"] if more > 0 else []
+        return [*(f"not trusted: {fault}" for fault in named), *rest, *old]
 
 
 class Episodes:

@@ -63,8 +63,10 @@ def _note_interruptions() -> list[int]:
 
 def _command() -> Any:
     from spherical_wrist.cli.app import app
+    from spherical_wrist.files import inputs_kept
 
-    return app(standalone_mode=False)
+    with inputs_kept():
+        return app(standalone_mode=False)
 
 
 def _explained(error: OSError) -> str:

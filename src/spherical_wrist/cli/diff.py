@@ -51,7 +51,7 @@ def command(
     Raises:
         ParameterError: options contradict each other, or a value is not valid.
     """
-    from spherical_wrist.files import check_writable, write_together
+    from spherical_wrist.files import check_writable, note_input, write_together
     from spherical_wrist.inspection.formats import IMAGES, check_suffix
     from spherical_wrist.inspection.run_difference import run_difference, to_dict
     from spherical_wrist.recording.runs import load_recording
@@ -59,6 +59,8 @@ def command(
     plots = plot or []
     if not 0.0 <= tolerance < inf:
         raise ParameterError(f"--tolerance {tolerance:g}: a number of 0 or more is needed, such as 1e-9")
+    for recording in (a, b):
+        note_input(recording)
     for file in plots:
         check_suffix(file, "picture", IMAGES)
         check_writable(file, "picture")

@@ -37,10 +37,11 @@ def command(
 
     Exit code: 0 consistent, 2 wrong input, or a recording that contradicts itself (nothing is written then).
     """
-    from spherical_wrist.files import check_writable
+    from spherical_wrist.files import check_writable, note_input
     from spherical_wrist.inspection import inspect
     from spherical_wrist.inspection.formats import EXPORTS, IMAGES, check_suffix
 
+    note_input(recording)
     plots, exports = plot or [], export or []
     for files, kind, valid in ((plots, "picture", IMAGES), (exports, "export", EXPORTS)):
         for file in files:

@@ -41,6 +41,7 @@ def command(
     if output is None and not json:
         output = campaign / PAGE
     if output is not None:
+        folder.check_output(output)
         check_writable(output, "page")
     with waiting("reading the episodes"):
         table, curves = findings(folder, bound, warned)

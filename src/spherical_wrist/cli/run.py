@@ -65,8 +65,9 @@ def command(
     from spherical_wrist.experiment.command import read_settings
     from spherical_wrist.experiment.description import Experiment, read_toml, with_changes
     from spherical_wrist.experiment.presets import hardware as preset
-    from spherical_wrist.files import check_writable
+    from spherical_wrist.files import check_writable, note_input
     from spherical_wrist.loop.outcome import Status
+    from spherical_wrist.parameters import Member, paths_of
     from spherical_wrist.simulation.simulate import simulate
 
     given = {**(preset(hardware) if hardware is not None else {}), **changes}
@@ -78,6 +79,9 @@ def command(
         raise ParameterError(f"--record-every {record_every}: must be 1 or more")
     target = None if no_recording else output
     if target is not None:
+        for part in (described, *(value for _, value in described if isinstance(value, Member))):
+            for path in paths_of(part).values():
+                note_input(path)
         check_writable(target)
     motion = described.reference.about()
     with ExitStack() as stack:

@@ -144,6 +144,7 @@ def _replay(folder: Folder, id_: int, output: Path, as_json: bool) -> int:
     from spherical_wrist.recording.runs import record
 
     folder.check_consent()
+    folder.check_output(output)
     check_writable(output)
     again = replay(folder, id_, warned)
     record(again.run, output)

@@ -76,7 +76,7 @@ def command(
 
 
 def _picture(path: Path, target: Path, at: float | None, size: str) -> int:
-    from spherical_wrist.files import check_writable, write_whole
+    from spherical_wrist.files import check_writable, note_input, write_whole
     from spherical_wrist.recording.screenshot import screenshot
 
     found = re.fullmatch(r"(\d{1,5})x(\d{1,5})", size, re.ASCII)
@@ -85,6 +85,7 @@ def _picture(path: Path, target: Path, at: float | None, size: str) -> int:
         raise ParameterError(
             f"--size {size!r}: WIDTHxHEIGHT is needed, each from {SMALLEST} to {LARGEST}, such as {SIZE}"
         )
+    note_input(path)
     check_writable(target, "picture")
     taken = screenshot(path, at, (sides[0], sides[1]))
     write_whole(target, taken.png, "picture")

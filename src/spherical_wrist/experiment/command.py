@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from spherical_wrist.control import Law
-from spherical_wrist.errors import ParameterError
-from spherical_wrist.experiment.description import Experiment, toml
+from spherical_wrist.errors import ParameterError, one_line, refuse_huge_integers
+from spherical_wrist.experiment.description import Experiment, parsed_toml, toml
 from spherical_wrist.experiment.options import FLAGS
 from spherical_wrist.experiment.presets import HARDWARE
 from spherical_wrist.parameters import Member, Parameters
@@ -68,11 +68,14 @@ def read_settings(texts: Iterable[str]) -> dict[str, Any]:
         if not (name and equals and value):
             raise ParameterError(f"--set {text!r}: NAME=VALUE is needed, such as law.K=0.02")
         try:
-            found[name] = tomllib.loads(f"value = {value}")["value"]
+            found[name] = parsed_toml(f"value = {value}")["value"]
+            refuse_huge_integers(found[name], f"--set {name}")
         except tomllib.TOMLDecodeError:
             found[name] = value
         except RecursionError:
             raise ParameterError(f"--set {name}: the value is nested too deeply") from None
+        except ValueError as error:
+            raise ParameterError(f"--set {name}: {one_line(error)}") from None
     return found
 
 

@@ -13,10 +13,11 @@ from pydantic import AfterValidator, BeforeValidator, Field, SerializeAsAny, Val
 from spherical_wrist.actuation import Actuation, SphericalMotor
 from spherical_wrist.control import Law
 from spherical_wrist.disturbance import Disturbance
-from spherical_wrist.errors import ParameterError, one_line
+from spherical_wrist.errors import ParameterError, one_line, refuse_huge_integers
 from spherical_wrist.experiment.options import WHOLE
 from spherical_wrist.experiment.perturbation import Perturbation, Start
 from spherical_wrist.experiment.timing import Timing
+from spherical_wrist.files import read_whole
 from spherical_wrist.measure.metrics import MetricSettings
 from spherical_wrist.parameters import Member, NonNegative, Parameters, Positive, Vector, quantity
 from spherical_wrist.reference import Reference
@@ -199,13 +200,32 @@ def read_toml(path: Path) -> dict[str, Any]:
         ParameterError: the file cannot be read, or is not TOML.
     """
     try:
-        return tomllib.loads(path.read_text(encoding="utf-8-sig"))
+        values = parsed_toml(read_whole(path).decode("utf-8-sig"))
+        refuse_huge_integers(values)
     except OSError as error:
         raise ParameterError(f"experiment {str(path)!r} cannot be read: {error.strerror or error}") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise ParameterError(f"experiment {str(path)!r} is not valid TOML: {one_line(error)}") from None
     except RecursionError:
         raise ParameterError(f"experiment {str(path)!r} is not valid: its values are nested too deeply") from None
+    except ValueError as error:
+        raise ParameterError(f"experiment {str(path)!r} is not valid TOML: {one_line(error)}") from None
+    except ParameterError as error:
+        raise ParameterError(f"experiment {str(path)!r}: {error}") from None
+    return values
+
+
+def parsed_toml(text: str) -> dict[str, Any]:
+    """Parse TOML.
+
+    Raises:
+        ValueError: it is not TOML.
+        RecursionError: its values are nested too deeply.
+    """
+    try:
+        return tomllib.loads(text)
+    except tomllib.TOMLDecodeError:
+        raise
+    except ValueError as error:  # raised for integers of too many digits, with advice for programmers
+        raise ValueError(str(error).partition(";")[0]) from None
 
 
 def with_changes(tables: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from spherical_wrist.compat.rrd import unpacked_size
 from spherical_wrist.errors import RecordingError, one_line
+from spherical_wrist.files import read_whole
 from spherical_wrist.recording.memory import memory
 from spherical_wrist.seal import Seal, seal_of
 
@@ -29,7 +30,7 @@ def check_seal(path: Path) -> None:
         raise RecordingError(f"{name} cannot be read: {found}; give the path of an .rrd file")
     try:
         _check_size(name, path.stat().st_size)
-        content = path.read_bytes()
+        content = read_whole(path)
     except OSError as error:
         raise RecordingError(f"{name} cannot be read: {error.strerror or error}; check its permissions") from None
     if not content:

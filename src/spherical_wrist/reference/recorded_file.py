@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from spherical_wrist.errors import ParameterError, one_line
+from spherical_wrist.files import note_input
 from spherical_wrist.reference import jigsaws
 from spherical_wrist.reference.jigsaws import Arm, is_jigsaws, read_jigsaws
 from spherical_wrist.reference.recorded_columns import (
@@ -107,6 +108,7 @@ def read_recorded(path: Path, reading: Reading) -> Recording:
         ParameterError: in one line, where the file cannot be read or is not a motion.
     """
     try:
+        note_input(path)
         with path.open("rb") as file:
             head = file.read(HEAD)
             file.seek(0)

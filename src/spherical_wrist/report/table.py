@@ -87,6 +87,8 @@ def table_of(folder: Folder, warn: Callable[[str], None] = python_warning) -> It
             base.execute(_measured(parameters))
             found = {law for (law,) in base.execute("SELECT DISTINCT law FROM episodes").fetchall()}
             laws = tuple(law for law in folder.campaign.bases if law in found)
+            if not laws:
+                raise CampaignError(f"{str(folder.path)!r}: its episodes are of other laws than its campaign names")
             yield Table(base, parameters, laws, tuple(scan.faults))
         finally:
             base.close()

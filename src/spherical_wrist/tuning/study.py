@@ -18,6 +18,7 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 
 from spherical_wrist.errors import ParameterError, one_line
+from spherical_wrist.files import read_whole
 from spherical_wrist.tuning.objective import Score
 from spherical_wrist.tuning.ranges import Space
 
@@ -179,7 +180,7 @@ def _prepare(file: Path) -> None:
 
     Optuna would write its next line behind either.
     """
-    content = file.read_bytes() if file.exists() else b""
+    content = read_whole(file) if file.exists() else b""
     if not content.startswith(START[: len(content)]):
         raise ValueError("it is no journal of Optuna")
     if content and not content.endswith(b"\n"):

@@ -11,6 +11,7 @@ import numpy as np
 
 from spherical_wrist.compat.libmujoco import warnings_kept_in_data
 from spherical_wrist.errors import ModelError, one_line
+from spherical_wrist.files import read_whole
 
 ADVICE = "`wrist guide wrist` lists what a wrist model needs"
 
@@ -49,10 +50,10 @@ def _height_field_cells(path: Path) -> int:
     cells, found, read = 0, [path], set[Path]()
     while found:
         file = found.pop()
-        if file in read or not file.is_file():
+        if file in read or not file.exists():
             continue
         read.add(file)
-        text = _COMMENT.sub(b"", file.read_bytes())
+        text = _COMMENT.sub(b"", read_whole(file))  # which also refuses pipes, where MuJoCo would wait
         for element in _HEIGHT_FIELD.findall(text):
             sizes = dict(_ROWS_COLUMNS.findall(element))
             cells += int(sizes.get(b"nrow", 0)) * int(sizes.get(b"ncol", 0))
@@ -97,7 +98,7 @@ def read_spec(path: Path) -> mujoco.MjSpec:
     try:
         cells = _height_field_cells(path)
     except OSError as error:
-        raise ModelError(f"model {str(path)!r} cannot be read: {error}") from None
+        raise ModelError(f"model {str(path)!r} cannot be read: {error.filename!r}: {error.strerror}") from None
     _check_sizes(str(path), {"cells of height fields": cells})
     try:
         return mujoco.MjSpec.from_file(str(path))
@@ -148,12 +149,12 @@ def model_files(path: Path) -> Mapping[Path, bytes]:
     path = path.resolve()
     kept = _files.pop(path, None)
     try:
-        if kept is None or any(file.read_bytes() != content for file, content in kept.items()):
+        if kept is None or any(read_whole(file) != content for file, content in kept.items()):
             kept = None
     except OSError:
         kept = None
     try:
-        found = kept if kept is not None else {file: file.read_bytes() for file in _dependencies(path)}
+        found = kept if kept is not None else {file: read_whole(file) for file in _dependencies(path)}
     except OSError as error:
         raise ModelError(f"model {str(path)!r}: {error.filename!r} cannot be read: {error.strerror}") from None
     _files[path] = found
