@@ -329,6 +329,10 @@ def test_what_cannot_be_read_says_how_it_can(tmp_path, content, said):
         ({"times": "wide"}, "it has 2 columns: one of times is needed"),
         ({"times": "missing"}, "no such file"),
         ({"rate": 1.0}, "more than largest_gap"),
+        (
+            {"time_unit": "ns"},
+            "less than 1e-06 s later than the row before (and 298 more): give another reference.time",
+        ),
     ],
 )
 def test_settings_that_do_not_fit_the_file_are_refused(tmp_path, settings, said):

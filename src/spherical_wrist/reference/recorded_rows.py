@@ -117,7 +117,8 @@ def track_of(
     if isinstance(stamps, Stamps) and not stamped:
         _check_unit(stamps, steps[1:], largest_gap)
     refuse(steps <= 0.0, "is not later than the row before", row)
-    refuse(steps < SHORTEST, f"is less than {SHORTEST:g} s later than the row before", row)
+    close = f"is less than {SHORTEST:g} s later than the row before"
+    refuse(steps < SHORTEST, close, row, ": give another reference.time_unit, or reference.rate [Hz]")
     refuse(steps > largest_gap, f"is more than largest_gap = {largest_gap:g} s later than the row before", row)
     return Track(time - time[0], attitude, row), tuple(notes)
 
@@ -199,6 +200,7 @@ def _check_unit(stamps: Stamps, steps: Array, largest_gap: float) -> None:
     if usual <= largest_gap:
         return
     likely = [unit for unit, count in PER_SECOND.items() if EPOCH[0] <= size / count <= EPOCH[1]]
+    slow = "" if likely else "; if they are seconds, a longer reference.largest_gap"
     if not likely:
         likely = [unit for unit, count in PER_SECOND.items() if PLAUSIBLE[0] <= usual / count <= PLAUSIBLE[1]]
     if likely and "s" not in likely:
@@ -206,10 +208,7 @@ def _check_unit(stamps: Stamps, steps: Array, largest_gap: float) -> None:
             " or ".join(texts)
             for texts in ([UNIT_NAMES[unit] for unit in likely], [f"reference.time_unit={unit}" for unit in likely])
         )
-        raise RowError(
-            f"its times look like {names} ({usual:.6g} from row to row): give {settings}; if they are seconds, a "
-            "longer reference.largest_gap"
-        )
+        raise RowError(f"its times look like {names} ({usual:.3g} from row to row): give {settings}{slow}")
 
 
 def refuse(wrong: Any, fault: str, row: Numbers, advice: str = "") -> None:
