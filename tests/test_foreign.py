@@ -157,6 +157,7 @@ FILES = {
     "a motion in a short form": lambda secret: ({"reference": {"name": f"recorded:{secret}"}}, {}),
     "a motion in a text": lambda secret: ({"reference": f"recorded:{secret}"}, {}),
     "a motion beside": lambda secret: ({"reference": {"name": "recorded", "file": secret.name}}, {}),
+    "the times of a motion": lambda secret: ({"reference": {"name": "recorded", "times": str(secret)}}, {}),
     "a number that is a file": lambda secret: ({}, {"law.P": ("law/p", b"1")}),
     "a part that there is not": lambda secret: ({}, {"nothing": ("nothing/p", b"1")}),
     "a model on this disk": lambda secret: ({"model": str(secret)}, {"model": None}),
