@@ -28,7 +28,7 @@ LEVELS = (
     {"simulation"},
     {"recording"},
     {"inspection", "campaign", "film"},
-    {"comparison", "assertions", "tuning", "report", "paper"},
+    {"comparison", "assertions", "tuning", "report", "paper", "margins"},
     {"environment", "guides"},
     {"cli"},
 )
@@ -47,10 +47,12 @@ ROOMS_OF_LIBRARY = {
     "jinja2": {"report"},
     "markupsafe": {"report"},
     "optuna": {"tuning"},
+    "control": {"margins"},
+    "slycot": {"margins"},
     "av": {"film"},
     "PIL": {"film"},
     "gymnasium": {"environment"},
-    "matplotlib": {"picture_file", "fuzzy", "inspection", "film", "paper", "comparison", "tuning", "report"},
+    "matplotlib": {"picture_file", "fuzzy", "inspection", "film", "paper", "comparison", "margins", "tuning", "report"},
 }
 """Libraries that only these rooms import."""
 PRIVATE = ("rerun_bindings", "rerun.error_utils", "rerun.experimental", "distributed.core", "distributed.comm.core")

@@ -45,6 +45,22 @@ class Disturbance(Member):
         """Return the disturbance of unit size."""
         raise NotImplementedError("a disturbance needs a method shape(self, random)")
 
+    def size(self, peak: float) -> float:
+        """Return the size of the disturbance [N·m].
+
+        Args:
+            peak: see :meth:`torque`.
+
+        Raises:
+            ParameterError: a level is given, but the reference needs no torque that it could be a fraction of.
+        """
+        if self.amplitude is None and self.level > 0.0 and peak < 1e-9:
+            raise ParameterError(
+                f"disturbance level {self.level:g} is a fraction of the torque that the reference needs, and that is "
+                "zero: give the size in N·m instead (disturbance.amplitude = 0.005), or no disturbance (level 0)"
+            )
+        return self.level * peak if self.amplitude is None else self.amplitude
+
     def torque(self, peak: float, random: np.random.Generator, worst: Callable[[], Torque] | None = None) -> Torque:
         """Return the disturbance in N·m.
 
@@ -58,12 +74,7 @@ class Disturbance(Member):
             ParameterError: a level is given, but the reference needs no torque that it could be a fraction of; or the
                 shape needs a closed loop.
         """
-        if self.amplitude is None and self.level > 0.0 and peak < 1e-9:
-            raise ParameterError(
-                f"disturbance level {self.level:g} is a fraction of the torque that the reference needs, and that is "
-                "zero: give the size in N·m instead (disturbance.amplitude = 0.005), or no disturbance (level 0)"
-            )
-        size = self.level * peak if self.amplitude is None else self.amplitude
+        size = self.size(peak)
         unit = worst() if self.built_for_loop and worst is not None and size > 0.0 else self.shape(random)
         return lambda time: size * unit(time)
 

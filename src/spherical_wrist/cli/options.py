@@ -31,6 +31,14 @@ Laws = Annotated[
         autocompletion=completion.laws,
     ),
 ]
+Hardware = Annotated[
+    str | None,
+    Option(
+        metavar="NAME",
+        help="sensors, motors and friction: ideal or realistic [ideal]",
+        autocompletion=completion.hardware,
+    ),
+]
 Settings = Annotated[
     list[str] | None,
     Option(
@@ -50,6 +58,20 @@ Plots = Annotated[
 Bound = Annotated[float, Option("--bound", metavar="MM", help="bound on the tip error")]
 Folder = Annotated[Path | None, Option("--output", "-o", metavar="DIR", help="folder to write to [write nothing]")]
 Jobs = Annotated[int | None, Option("--jobs", metavar="N", help="runs at a time [one per core]")]
+
+
+def with_hardware(hardware: str | None, changes: Changes) -> Changes:
+    """Return the values of a kind of hardware, and the given ones, which take precedence.
+
+    Raises:
+        UnknownNameError: the hardware is unknown.
+    """
+    from spherical_wrist.experiment.presets import hardware as preset
+
+    given = {**(preset(hardware) if hardware is not None else {}), **changes}
+    if "disturbance.level" in given:
+        given["disturbance.amplitude"] = None  # a level takes the place of a torque
+    return given
 
 
 def with_parameters(*names: str) -> Callable[[Command], Command]:

@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from typer import Argument, Option
 
-from spherical_wrist.cli import completion
-from spherical_wrist.cli.options import Changes, Json, Settings, with_parameters
+from spherical_wrist.cli.options import Changes, Hardware, Json, Settings, with_hardware, with_parameters
 from spherical_wrist.plain_text import visible
 
 if TYPE_CHECKING:
@@ -28,14 +27,7 @@ def command(
     *,
     experiment: Annotated[Path | None, Argument(help="experiment file; options take precedence over it")] = None,
     changes: Changes,
-    hardware: Annotated[
-        str | None,
-        Option(
-            metavar="NAME",
-            help="sensors, motors and friction: ideal or realistic [ideal]",
-            autocompletion=completion.hardware,
-        ),
-    ] = None,
+    hardware: Hardware = None,
     set_: Settings = None,
     output: Annotated[Path, Option("--output", "-o", metavar="FILE.rrd", help="recording to write")] = Path(
         "wrist.rrd"
@@ -64,16 +56,12 @@ def command(
     from spherical_wrist.errors import ParameterError
     from spherical_wrist.experiment.command import read_settings
     from spherical_wrist.experiment.description import Experiment, read_toml, with_changes
-    from spherical_wrist.experiment.presets import hardware as preset
     from spherical_wrist.files import check_writable, note_input
     from spherical_wrist.loop.outcome import Status
     from spherical_wrist.parameters import Member, paths_of
     from spherical_wrist.simulation.simulate import simulate
 
-    given = {**(preset(hardware) if hardware is not None else {}), **changes}
-    if "disturbance.level" in given:
-        given["disturbance.amplitude"] = None  # a level takes the place of a torque
-    tables = with_changes(read_toml(experiment) if experiment else {}, given)
+    tables = with_changes(read_toml(experiment) if experiment else {}, with_hardware(hardware, changes))
     described = Experiment(**with_changes(tables, read_settings(set_ or [])))
     if record_every < 1:
         raise ParameterError(f"--record-every {record_every}: must be 1 or more")

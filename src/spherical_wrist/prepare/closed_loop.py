@@ -25,6 +25,7 @@ from spherical_wrist.prepare.acting_constraints import constraint_warnings, cons
 from spherical_wrist.prepare.cache import Models, RunCache
 from spherical_wrist.prepare.inputs import InputSource, Motion
 from spherical_wrist.prepare.joint_range import JointRange
+from spherical_wrist.prepare.nominal import NominalModel
 from spherical_wrist.prepare.user_part_checks import check_step, checked_motion, checked_torque
 from spherical_wrist.sensing import Ideal as IdealSensing
 from spherical_wrist.sensing import Sensing
@@ -242,13 +243,7 @@ def prepare(
     drawn = checked_motion(experiment.reference, experiment.generator_of_reference, experiment.duration)
     state = experiment.reference.state()
     reference, load, seed = cache.motion(drawn, state), experiment.disturbance, experiment.seed
-    peak = 0.0
-    if load.amplitude is None and load.level > 0.0:
-        nominal = models.nominal
-        key = ("peak", experiment.wrist_file, drawn, state, timing)
-        sizing = experiment.reference.sizing()
-        sized = reference if sizing is experiment.reference else cache.motion(sizing, state)
-        peak = cache.value(key, lambda: nominal.peak_torque(sized, timing, stop))
+    peak = peak_torque(experiment, drawn, models.nominal, timing, cache, stop)
 
     def worst() -> Torque:
         from spherical_wrist.prepare.worst_torque import cached_worst_torque  # which prepares a loop of its own
@@ -256,7 +251,7 @@ def prepare(
         return cached_worst_torque(experiment, cache, stop)
 
     torque = checked_torque(load, peak, np.random.default_rng(seed), worst)
-    loop = experiment if load.built_for_loop else None
+    loop = (experiment, state) if load.built_for_loop else None
     return ClosedLoop(
         models,
         experiment.law,
@@ -269,3 +264,33 @@ def prepare(
         actuation=experiment.actuation,
         seed=seed,
     )
+
+
+def peak_torque(
+    experiment: Experiment,
+    drawn: Motion,
+    nominal: NominalModel,
+    timing: Timing,
+    cache: RunCache,
+    stop: Callable[[], bool] = lambda: False,
+) -> float:
+    """Compute the torque [N·m] that the size of a relative disturbance is a fraction of; 0 for an absolute one.
+
+    Args:
+        experiment: the experiment.
+        drawn: its reference with everything random drawn.
+        nominal: its nominal model.
+        timing: its timing.
+        cache: cache of this thread.
+        stop: polled a few times a second; returns True to stop.
+
+    Raises:
+        StoppedError: ``stop`` returned True.
+    """
+    load, state = experiment.disturbance, experiment.reference.state()
+    if load.amplitude is not None or load.level == 0.0:
+        return 0.0
+    sizing = experiment.reference.sizing()
+    sized = cache.motion(drawn if sizing is experiment.reference else sizing, state)
+    key = ("peak", experiment.wrist_file, drawn, state, timing)
+    return cache.value(key, lambda: nominal.peak_torque(sized, timing, stop))

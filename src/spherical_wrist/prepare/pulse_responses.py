@@ -53,6 +53,9 @@ DECAYED, GROWING = 1e-4, 0.2
 What is cut off changes a frequency response, and the largest effect of a bounded input, by about the former.
 """
 
+WATCHED = 2.0
+"""Time [s] for which a small torque is watched to tell whether it decays."""
+
 RATE_CHANGE, ATTITUDE_CHANGE = 1e-4, 1e-6
 """Size of the pulses: change of the rate [rad/s] by a torque or on a sensor, and of the attitude [rad] on a sensor.
 
@@ -203,6 +206,21 @@ class SettledLoop:
 
         return self._until_decayed(measure)
 
+    def is_stable(self) -> bool:
+        """Return True if a small torque about all axes together leaves ever less of itself."""
+        count = round(WATCHED / self._timing.control_period)
+        pulse = np.zeros((count * self._timing.substeps, 3))
+        pulse[: self._timing.substeps] = self._torque
+        try:
+            up, down = self._run(count, disturbance=pulse), self._run(count, disturbance=-pulse)
+        except NotLinearError:
+            return False
+        for plus, minus in zip(up, down, strict=True):
+            parts = [float(np.abs(part).sum()) for part in np.array_split(plus - minus, 4)]
+            if parts[3] > max(parts[2], 1e-6 * sum(parts)):
+                return False
+        return True
+
     @property
     def _name(self) -> str:
         return f"law {self._law.name!r}"
@@ -256,7 +274,7 @@ class SettledLoop:
             log = self._advance(chunk)[chunk // 2 :]
             spreads.append(float(np.ptp(log["commanded_torque"], axis=0).max()))
             rate = float(np.abs(log["rate"]).max())
-            if spreads[-1] < 1e-9 * limit and rate < RATE_CHANGE:
+            if spreads[-1] < 1e-6 * limit and rate < RATE_CHANGE:
                 return
         if rate > MOVING:
             raise NotLinearError(

@@ -109,8 +109,10 @@ def cached_worst_torque(experiment: Experiment, cache: RunCache, stop: Callable[
         disturbance=Constant(level=0.0), duration=experiment.control_period, steady_from=None,
         initial_error=nothing, initial_rate_error=nothing,
     )  # fmt: skip
-    worst = cache.value(
-        ("worst", loop), lambda: worst_torque(SettledLoop(loop, cache, stop=stop).torque_responses().tip)
-    )
+
+    def computed() -> WorstTorque:
+        return worst_torque(SettledLoop(loop, cache, stop=stop).torque_responses().tip)
+
+    worst = cache.value(("worst", loop, experiment.reference.state()), computed)
     last = experiment.timing(cache.wrist(experiment.wrist_file)).samples - 1
     return worst.torque(experiment.control_period, last)
