@@ -1,8 +1,11 @@
 """Machine code on disk: found again without numba, and never worse than a compilation whatever is in its place."""
 
+import errno
+import importlib
 import os
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -40,6 +43,12 @@ def raises(values):
 def fresh(function):
     """The function from the cache on disk, or compiled: not the one that this process has."""
     return compiler._package_function.__wrapped__(function, (np.float64,))
+
+
+@pytest.fixture(autouse=True)
+def told_anew():
+    """Let every test hear the warnings that a process gives once."""
+    object_cache._warn.cache_clear()
 
 
 @pytest.fixture
@@ -91,7 +100,7 @@ def damaged(content):
         yield content[:place] + bytes([content[place] ^ 255]) + content[place + 1 :]
 
 
-def test_a_damaged_file_costs_a_compilation(compilations, monkeypatch, tmp_path):
+def test_a_damaged_file_costs_a_compilation_and_one_line(compilations, monkeypatch, tmp_path):
     monkeypatch.setenv("WRIST_CACHE_DIR", str(tmp_path))
     fresh(double)
     [file] = tmp_path.glob("*.object")
@@ -99,10 +108,26 @@ def test_a_damaged_file_costs_a_compilation(compilations, monkeypatch, tmp_path)
     key = file.stem
     for content in damaged(whole):
         file.write_bytes(content)
-        assert object_cache.read(key) is None
+        object_cache._warn.cache_clear()
+        with pytest.warns(UserWarning, match=f"{file.name}.*compiled again: it is damaged"):
+            assert object_cache.read(key) is None
+        assert object_cache.read(key) is None  # and is not told again
     fresh(double)
     assert len(compilations) == 2
     assert object_cache.read(key) is not None
+
+
+@pytest.mark.parametrize("harm", [os.mkfifo, os.mkdir, lambda path: path.symlink_to(path)])
+def test_what_is_no_file_costs_a_compilation_and_one_line(compilations, monkeypatch, tmp_path, harm):
+    monkeypatch.setenv("WRIST_CACHE_DIR", str(tmp_path))
+    fresh(double)
+    [file] = tmp_path.glob("*.object")
+    file.unlink()
+    harm(file)
+    with pytest.warns(UserWarning, match="compiled again"):
+        fresh(double)
+    assert len(compilations) == 2
+    assert object_cache.read(file.stem) is not None
 
 
 def test_a_file_under_another_name_is_not_taken(monkeypatch, tmp_path):
@@ -110,21 +135,96 @@ def test_a_file_under_another_name_is_not_taken(monkeypatch, tmp_path):
     object_cache.write("a" * 64, MachineCode("f", 0, (), b"code"))
     assert object_cache.read("a" * 64) == MachineCode("f", 0, (), b"code")
     (tmp_path / f"{'a' * 64}.object").rename(tmp_path / f"{'b' * 64}.object")
-    assert object_cache.read("b" * 64) is None
+    with pytest.warns(UserWarning, match="damaged"):
+        assert object_cache.read("b" * 64) is None
 
 
-@pytest.mark.parametrize("place", ["/proc/nowhere", "file/below", "open to all"])
+@pytest.mark.parametrize("place", ["/proc/nowhere", "file/below", "open to all", "x" * 300])
 def test_without_a_folder_there_is_no_cache(compilations, monkeypatch, tmp_path, place):
     (tmp_path / "file").write_text("")
     (tmp_path / "open to all").mkdir()
     (tmp_path / "open to all").chmod(0o777)
     monkeypatch.setenv("WRIST_CACHE_DIR", str(tmp_path / place))
-    for _ in range(2):
-        values = np.ones((1, 1))
+    values = np.ones((1, 1))
+    with pytest.warns(UserWarning, match="cannot be kept"):
         fresh(double)(values)
-        assert values == 2.0
+    fresh(double)(values)  # which is not told again
+    assert values == 4.0
     assert len(compilations) == 2
     assert not list(tmp_path.rglob("*.object"))
+
+
+@pytest.mark.parametrize("fault", [errno.ENOSPC, errno.EROFS, errno.EDQUOT])
+def test_a_full_or_read_only_disk_costs_a_compilation_and_one_line(compilations, monkeypatch, tmp_path, fault):
+    """What is there already is used; a new function is compiled, and nothing is left of the attempt to keep it."""
+    monkeypatch.setenv("WRIST_CACHE_DIR", str(tmp_path))
+    fresh(double)
+    [file] = tmp_path.glob("*.object")
+
+    def full(self, target):
+        raise OSError(fault, os.strerror(fault))
+
+    monkeypatch.setattr(Path, "replace", full)
+    fresh(double)
+    assert compilations == ["double"]
+    with pytest.warns(UserWarning, match=os.strerror(fault)):
+        fresh(raises)
+    assert compilations == ["double", "raises"]
+    assert list(tmp_path.iterdir()) == [file]
+
+
+def test_the_cache_of_an_installation_is_used(compilations, monkeypatch, tmp_path):
+    """It belongs to root, who need not be the user, and only he writes to it; nobody else's is used."""
+    monkeypatch.setenv("WRIST_CACHE_DIR", str(tmp_path))
+    fresh(double)
+    owner = tmp_path.stat().st_uid
+    monkeypatch.setattr(os, "getuid", lambda: owner + 1)
+    if owner:  # the tests run as somebody: as root, the files are root's already
+        monkeypatch.setattr(object_cache, "ROOT", owner)
+    fresh(double)
+    assert len(compilations) == 1
+    monkeypatch.setattr(object_cache, "ROOT", owner + 2)
+    with pytest.warns(UserWarning, match="it belongs to another user"):
+        fresh(double)
+    assert len(compilations) == 2
+
+
+def test_code_that_others_may_write_to_is_not_run(compilations, monkeypatch, tmp_path):
+    monkeypatch.setenv("WRIST_CACHE_DIR", str(tmp_path))
+    fresh(double)
+    [file] = tmp_path.glob("*.object")
+    file.chmod(0o666)
+    with pytest.warns(UserWarning, match="other users may write to it"):
+        fresh(double)
+    assert len(compilations) == 2
+    assert file.stat().st_mode & 0o077 == 0
+
+
+LAW = """from spherical_wrist.control import Law
+
+
+class Copied(Law):
+    @staticmethod
+    def step(signal, parameters, state, command):
+        for i in range(3):
+            command.torque[i] = 20.0 * signal.error[i]
+"""
+
+
+def test_a_law_in_another_folder_or_imported_is_found_in_the_cache(compilations, monkeypatch, tmp_path):
+    monkeypatch.setenv("WRIST_CACHE_DIR", str(tmp_path / "cache"))
+    for folder in ("one", "two"):
+        (tmp_path / folder).mkdir()
+        (tmp_path / folder / "copied.py").write_text(LAW)
+        law = Experiment(law=f"{tmp_path / folder / 'copied.py'}:Copied").law
+        compiler.compiled_law(law)
+    assert compilations == ["step"]
+    monkeypatch.syspath_prepend(str(tmp_path / "two"))
+    for _ in range(2):
+        sys.modules.pop("copied", None)
+        compiler.compiled_law(importlib.import_module("copied").Copied())
+    assert compilations == ["step", "step"]  # under its own name, once
+    sys.modules.pop("copied", None)
 
 
 def test_only_so_many_files_are_kept(monkeypatch, tmp_path):

@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rigs import TOOL, Running, experiments, finished, mjcf, mounted, wrist_of
-from spherical_wrist import simulate
+from spherical_wrist import Experiment, simulate
 from spherical_wrist.experiment.timing import Timing
 from spherical_wrist.loop.engine import interpreted_engine
 from spherical_wrist.measure.logged import channels_of
@@ -232,3 +232,13 @@ def test_laws_are_tried_and_packed_once_for_each():
     assert cache.law(law.replaced(K=0.01), 1e-3).packed.tobytes() != cache.law(law, 1e-3).packed.tobytes()
     run(EXPERIMENTS[0], cache)
     assert cache.checked_laws == {type(law)}
+
+
+def test_what_is_kept_keeps_nothing_else_alive():
+    """The pieces of a thinned series are not views of all rows."""
+    pieces = []
+    realistic = Experiment(duration=3.0, actuation="spherical_motor")
+    simulate(realistic, record_every=100, keep_series=False, watch=pieces.append)
+    arrays = [array for piece in pieces for array in piece.channels.values()]
+    assert sum(len(piece) for piece in pieces) == 30
+    assert all(array.base is None or array.base.nbytes <= array.nbytes for array in arrays)

@@ -77,10 +77,12 @@ def test_a_narrow_terminal_cuts_no_figures(tmp_path, monkeypatch, capsys):
 
 
 def test_nowhere_to_keep_a_cache(tmp_path):
-    """No home, and no folder that could be written to: it compiles, and says nothing about it."""
+    """No home, and no folder that could be written to: it compiles, and says so once."""
     nowhere = {"HOME": "/proc/nowhere", "WRIST_CACHE_DIR": "/proc/nowhere", "XDG_CACHE_HOME": "/proc/nowhere"}
     done = wrist(*RUN, "-o", "a.rrd", cwd=tmp_path, without=("MPLCONFIGDIR",), PYTHONDONTWRITEBYTECODE="1", **nowhere)
-    assert (done.returncode, done.stderr) == (0, b"")
+    assert done.returncode == 0
+    assert done.stderr.startswith(b"wrist: warning: compiled code cannot be kept in '/proc/nowhere'")
+    assert done.stderr.count(b"\n") == 1
     assert [path.name for path in tmp_path.iterdir()] == ["a.rrd"]
 
 
@@ -136,3 +138,22 @@ def test_two_runs_at_once_onto_one_file(tmp_path):
     assert [process.communicate()[1] for process in both] == [b"", b""]
     assert [path.name for path in tmp_path.iterdir()] == ["a.rrd"]
     assert len(load_recording(tmp_path / "a.rrd")) in (100, 200)
+
+
+LITTLE = "ulimit -v 200000; exec"
+
+
+@pytest.mark.parametrize("arguments", [RUN, ("inspect", "a.rrd"), ("sweep", "c.toml")], ids=str)
+def test_little_memory(tmp_path, arguments):
+    """Libraries that cannot be loaded are one line."""
+    command = ["bash", "-c", f'{LITTLE} "$@"', "bash", sys.executable, "-c", CODE, *arguments]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, check=False)
+    assert "memory" in one_line(done) or "shared object" in one_line(done)
+
+
+@pytest.mark.parametrize("setting", [("NUMBA_DISABLE_JIT", "1"), ("NUMBA_NUM_THREADS", "0")], ids=str)
+def test_settings_of_the_compiler_with_which_it_cannot_work(tmp_path, setting):
+    """They are told, and no law is blamed."""
+    done = wrist(*RUN, "--no-recording", cwd=tmp_path, WRIST_CACHE_DIR=str(tmp_path), **dict([setting]))
+    assert setting[0].split("_")[0] in one_line(done)
+    assert "law" not in one_line(done)

@@ -8,9 +8,11 @@ from typing import Any
 
 from spherical_wrist.cli.signals import raising
 from spherical_wrist.cli.streams import complain, discard, flush_errors, prepare
-from spherical_wrist.errors import WristError
+from spherical_wrist.errors import WristError, one_line
 
 INVALID, SIGINT_CODE = 2, 130
+NO_THREAD = "can't start new thread"
+"""Text of Python's RuntimeError where the system gives it no more threads."""
 
 
 def main() -> None:
@@ -39,11 +41,15 @@ def main() -> None:
         discard()
         code = _refused(_explained(error))
     except MemoryError as error:
-        code = _refused(f"not enough memory ({error}): give a shorter duration, or keep less with --record-every")
-    except Exception:
-        if not interrupted:
+        text = f" ({error})" if str(error) else ""
+        code = _refused(f"not enough memory{text}: give a shorter duration, or keep less with --record-every")
+    except Exception as error:
+        if interrupted:
+            code = SIGINT_CODE  # raised by a module that was being imported
+        elif isinstance(error, ImportError | SystemError) or str(error) == NO_THREAD:
+            code = _refused(_unloaded(error))
+        else:
             raise
-        code = SIGINT_CODE  # raised by a module that was being imported
     flush_errors()
     sys.exit(code if isinstance(code, int) else 0)
 
@@ -75,7 +81,16 @@ def _explained(error: OSError) -> str:
         return f"{error.filename!r}: {error.strerror}"
     if error.errno == errno.ENOENT:  # raised by asking for the working directory
         return "the working directory was deleted: change to one that exists"
+    if error.errno is None:  # raised for a shared library that cannot be loaded
+        return _unloaded(error)
     return f"the output cannot be written: {error.strerror or error}"
+
+
+def _unloaded(error: BaseException) -> str:
+    """Return the text of an error of a library, or of Python itself, that lacks memory or a part of it."""
+    while error.__cause__ is not None:
+        error = error.__cause__
+    return f"{one_line(error, 120)} (is memory limited, or the installation damaged?)"
 
 
 def _warn(message: Warning | str, *_: Any, **__: Any) -> None:

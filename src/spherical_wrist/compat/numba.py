@@ -25,6 +25,7 @@ import mujoco
 import numpy as np
 
 from spherical_wrist.compat import MissingPartError, private
+from spherical_wrist.errors import WristError, one_line
 
 LIBRARY = "numba"
 
@@ -39,7 +40,14 @@ try:
     from numba.core.typing.typeof import typeof_impl
     from numba.np.arrayobj import populate_array
 except ImportError as error:
+    if error.name is None or "segment" in str(error):  # there is one, but for instance memory for it is lacking
+        raise
     raise MissingPartError(LIBRARY, str(error.name)) from None
+except ValueError as error:  # raised for its environment variables
+    raise WristError(f"numba cannot be loaded: {one_line(error)} (are its variables NUMBA_... set?)") from None
+
+if numba.config.DISABLE_JIT:
+    raise WristError("NUMBA_DISABLE_JIT is set, and numba compiles the closed loop: unset it")
 
 
 @atexit.register

@@ -102,7 +102,7 @@ def compiled_law(law: Law) -> Compiled:
         adapter.__qualname__ = type(law).__name__
         try:
             _laws[key] = _machine_code(digest.hexdigest(), adapter, "law")
-        except WristError:
+        except (WristError, MemoryError, ImportError, OSError):  # no fault of the law
             raise
         except Exception as error:  # numba raises all sorts of things at code that it cannot compile
             advice = "step may use numbers, arrays, loops, math and numpy"

@@ -39,10 +39,14 @@ class Logged(NamedTuple):
 
     def first(self, count: int) -> Self:
         """The first ``count`` rows."""
-        return type(self)(*(array[:count] for array in self))
+        return self.rows(slice(count))
+
+    def rows(self, which: slice) -> Self:
+        """Return the rows that a slice selects, as views."""
+        return type(self)(*(array[which] for array in self))
 
     def series(self, wrist: Wrist, channels: Mapping[str, Channel]) -> Series:
-        """Return these rows as a series.
+        """Return these rows as a series of their own, which keeps nothing of the log alive.
 
         Args:
             wrist: the plant, whose tool tip is computed.
@@ -50,14 +54,14 @@ class Logged(NamedTuple):
         """
         attitude, desired = self.log["attitude"], self.desired["attitude"]
         other: dict[str, Callable[[], Array]] = {
-            "time": lambda: self.time,
+            "time": self.time.copy,
             "desired_attitude": desired.copy,
             "desired_rate": self.desired["rate"].copy,
             "disturbance": self.disturbance.copy,
             "tip": lambda: tip_position(attitude, wrist.anchor, wrist.mount, wrist.lever),
             "desired_tip": lambda: tip_position(desired, wrist.anchor, wrist.mount, wrist.lever),
-            "law_state": lambda: self.states,
-            "current": lambda: self.currents,
+            "law_state": self.states.copy,
+            "current": self.currents.copy,
         }
         arrays = {name: other[name]() if name in other else self.log[name].copy() for name in channels}
         return Series(channels=arrays, described={n: c for n, c in channels.items() if c is not CHANNELS[n]})

@@ -69,7 +69,8 @@ def simulate(
     def keep(loop: ClosedLoop, logged: Logged) -> None:
         if keep_series or watch is not None:
             first = loop.sample - len(logged.time)
-            kept_rows = logged.series(loop.wrist, channels).rows(slice(-first % record_every, None, record_every))
+            which = slice(-first % record_every, None, record_every)
+            kept_rows = logged.rows(which).series(loop.wrist, channels)
             if keep_series:
                 kept.append(kept_rows)
             if watch is not None:
