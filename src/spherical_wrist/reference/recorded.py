@@ -69,7 +69,7 @@ class Recorded(Reference):
     file: File | None = quantity(None, "", "table, trajectory or kinematics file; must be given")
     arm: Arm = quantity("slave_right", "", "of a JIGSAWS file, the arm")
     columns: Annotated[str | None, BeforeValidator(read_columns)] = quantity(
-        None, "", "columns by name or number, as in 'time=stamp, w=q0, x=q1, y=q2, z=q3'; where none, recognised"
+        None, "", "columns by name or number, as in 'time=stamp, w=q0, x=q1, y=q2, z=q3', where they are not recognised"
     )
     time_unit: TimeUnit | None = quantity(
         None, "", "unit of the times; where none is given, what the file says, or seconds"
@@ -77,7 +77,7 @@ class Recorded(Reference):
     times: File | None = quantity(None, "", "file with a time a row, for files without times such as KITTI's")
     rate: Positive | None = quantity(None, "Hz", "rows in a second, evenly spaced, in place of the times of the file")
     jump: Positive | None = quantity(
-        None, "rad", "turn from row to row from which it is no motion: what follows is turned back; where none, all is"
+        None, "rad", "turns from row to row above it are no motion, and taken out; where none is given, all are motion"
     )
     scale: NonNegative = quantity(1.0, "", "factor of the angles from the mean attitude")
     speed: Positive = quantity(1.0, "", "how many times as fast as it was recorded")
