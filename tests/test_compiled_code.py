@@ -156,7 +156,7 @@ def test_without_a_folder_there_is_no_cache(compilations, monkeypatch, tmp_path,
 
 @pytest.mark.parametrize("fault", [errno.ENOSPC, errno.EROFS, errno.EDQUOT])
 def test_a_full_or_read_only_disk_costs_a_compilation_and_one_line(compilations, monkeypatch, tmp_path, fault):
-    """What is there already is used; a new function is compiled, and nothing is left of the attempt to keep it."""
+    """Code that is kept already is used; a new function is compiled, and nothing is left of the attempt to keep it."""
     monkeypatch.setenv("WRIST_CACHE_DIR", str(tmp_path))
     fresh(double)
     [file] = tmp_path.glob("*.object")

@@ -23,6 +23,9 @@ KEPT = 512
 """Number of files kept; the oldest are deleted."""
 
 
+AGAIN = "compiled code in {!r} is not used, and compiled again: {}"
+"""Warning about a file that cannot be used."""
+
 ROOT = 0
 """Number of the user whose files may be used besides one's own: they may have come with an installation."""
 
@@ -73,17 +76,17 @@ def read(key: str) -> MachineCode | None:
         _check_owner(path.stat())
         checksum, body = content[len(MAGIC) : len(MAGIC) + 32], content[len(MAGIC) + 32 :]
         if not content.startswith(MAGIC) or checksum != _checksum(key, body):
-            raise ValueError("it is damaged")
+            _warn(AGAIN.format(str(path), "it is damaged"))
+            return None
         header, _, code = body.partition(b"\n")
         symbol, words, imports = json.loads(header)
         return MachineCode(symbol, words, tuple(imports), code)
     except FileNotFoundError:
         return None
     except OSError as error:
-        fault = str(error.strerror or error)
+        _warn(AGAIN.format(str(path), error.strerror or error))
     except (ValueError, TypeError) as error:
-        fault = str(error)
-    _warn(f"compiled code in {str(path)!r} is not used, and compiled again: {fault}")
+        _warn(AGAIN.format(str(path), error))
     return None
 
 
