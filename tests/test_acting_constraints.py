@@ -166,3 +166,25 @@ def test_many_constraints_are_cut_to_a_few(tmp_path):
     *named, rest = loop.measured_warnings()
     assert len(named) == 4
     assert rest == "5 more constraints acted on the plant, for shorter times"
+
+
+HINGE = TOOL.replace("<geom", '<joint name="bend" type="hinge" stiffness="39"/><geom')
+
+
+def test_a_finished_run_has_the_warnings_of_the_model_and_of_what_acted(tmp_path):
+    loop, _ = ran(tmp_path, mjcf(HINGE, joint='limited="true" range="0 0.5"'), duration=0.3)
+    held, beyond, limit = loop.warnings
+    assert held == "joint bend is held at the initial position: only ball joint 'w' moves"
+    assert beyond.startswith("the reference leaves the range of joint 'w'")
+    assert limit.startswith("limit of joint 'w' acted on the plant for")
+    assert ran(tmp_path, mjcf(), duration=0.1)[0].warnings == []
+
+
+def test_a_run_that_is_stopped_says_what_acted_until_then(tmp_path):
+    (tmp_path / "wrist.xml").write_text(ROWS["weld"])
+    experiment, loops = Experiment(model=tmp_path / "wrist.xml", duration=2.0), []
+    roll_out(
+        [lambda: experiment], RunCache(compiled_engine()), stop=lambda: bool(loops),
+        keep=lambda loop, logged: loops.append(loop), chunk=500,
+    )  # fmt: skip
+    assert "acted on the plant for about 0.5 s, 100 % of the run" in loops[0].warnings[0]

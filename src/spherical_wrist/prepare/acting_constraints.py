@@ -144,7 +144,7 @@ def constraint_warnings(model: mujoco.MjModel, constraints: Constraints, period:
     for each in acting[:MOST]:
         share = each.states / kept * count
         yield (
-            f"{each.name} acted on the plant for {about}{share * period:.3g} s, {100.0 * share / periods:.2g} % of the "
+            f"{each.name} acted on the plant for {about}{share * period:.3g} s, {100.0 * share / periods:.3g} % of the "
             f"run, with up to {about}{each.torque:.2g} N·m: the controller's model has no constraints"
         )
     if len(acting) > MOST:

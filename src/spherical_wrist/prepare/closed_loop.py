@@ -70,6 +70,8 @@ class ClosedLoop:
         widths: size of the law's state, and number of coil currents.
         sample: number of control instants simulated so far.
         outcome: outcome of the run; None while it runs.
+        warnings: sentences about what makes the run doubtful, of the model to begin with. Whoever prepares the run or
+            sees it end may append more.
 
     Raises:
         LawError: the law raises, writes no torque, or cannot be compiled.
@@ -92,6 +94,7 @@ class ClosedLoop:
         drop_step_timer()
         self.sample = 0
         self.outcome: Outcome | None = None
+        self.warnings: list[str] = list(models.wrist.warnings)
         self._models, self._law, self._timing, self._reference = models, law, timing, reference
         self.sensing, self.actuation = sensing, actuation
         engine, wrist, data = cache.engine, models.wrist, models.data

@@ -44,6 +44,6 @@ class JointRange:
         excess, share = self._largest - self._limit, self._beyond / self._samples
         sentence = (
             f"the reference leaves the range of joint {self._name!r}, {self._limit:.4g} rad, by up to {excess:.3g} rad "
-            f"for {100.0 * share:.2g} % of the time: give a smaller motion, or the joint a larger range"
+            f"for {100.0 * share:.3g} % of the time: give a smaller motion, or the joint a larger range"
         )
         return (sentence,)

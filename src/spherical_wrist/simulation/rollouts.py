@@ -69,6 +69,8 @@ def roll_out(
             compiled_run_all()  # before time is taken
         while rollouts:
             if stop():
+                for run in rollouts:
+                    run.add_warnings()
                 break
             began = time.perf_counter()
             done = run_chunk(list(rollouts.values()), cache.engine, cache.log(_longest(rollouts)))
@@ -124,8 +126,15 @@ class _Run:
             if isinstance(progress, Exception):
                 self.loop.raise_law_error(f"raised {type(progress).__name__}: {one_line(progress)}")
             self.loop.record_progress(progress.logged, progress.status)
+            if self.loop.outcome is not None:
+                self.add_warnings()
         except Exception as error:
             self.fault = error
+
+    def add_warnings(self) -> None:
+        """Add what was measured of a run that has ended to the warnings of its loop."""
+        assert self.loop is not None
+        self.loop.warnings += self.loop.measured_warnings()
 
     def result(self) -> RolloutResult | Exception:
         if self.fault is not None:
