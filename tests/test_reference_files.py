@@ -14,7 +14,9 @@ from scipy.spatial.transform import Rotation
 from rigs import one_line
 from spherical_wrist import Experiment, simulate
 from spherical_wrist.errors import ParameterError
+from spherical_wrist.prepare.cache import RunCache
 from spherical_wrist.reference import BeatingHeart, Chirp, Lissajous, Recorded, Step, Suture
+from spherical_wrist.simulation.rollouts import roll_out
 
 TIME = np.arange(300) * 0.01
 EPOCH = 1_700_000_000
@@ -510,6 +512,18 @@ def test_figures_end_with_the_motion(tmp_path):
     (warning,) = Experiment(**short).reference.warnings(2.5)
     assert "it ends at 1.6 s, and the run at 2.5 s" in warning
     assert "--duration whole" in warning
+
+
+def test_the_warnings_of_a_motion_are_those_of_its_runs(tmp_path):
+    file = flawed(tmp_path / "a.csv", BURSTS, truth(LONG))
+    experiment, loops = Experiment(reference=f"recorded:{file}", law="pd", duration=5.0), []
+    roll_out(
+        [lambda: experiment], RunCache(), stop=lambda: bool(loops), keep=lambda loop, _: loops.append(loop), chunk=10
+    )
+    bursts, early = loops[0].warnings[:2]
+    assert (bursts, early) == experiment.reference.warnings(5.0)
+    assert "reference.rate=100" in bursts
+    assert "--duration whole" in early
 
 
 def test_a_changed_file_changes_the_run(tmp_path):

@@ -26,7 +26,7 @@ from spherical_wrist.prepare.cache import Models, RunCache
 from spherical_wrist.prepare.inputs import InputSource, Motion
 from spherical_wrist.prepare.joint_range import JointRange
 from spherical_wrist.prepare.nominal import NominalModel
-from spherical_wrist.prepare.user_part_checks import check_step, checked_motion, checked_torque
+from spherical_wrist.prepare.user_part_checks import check_step, checked_motion, checked_torque, checked_warnings
 from spherical_wrist.sensing import Ideal as IdealSensing
 from spherical_wrist.sensing import Sensing
 from spherical_wrist.sensing.measure import sensor_of
@@ -255,7 +255,7 @@ def prepare(
 
     torque = checked_torque(load, peak, np.random.default_rng(seed), worst)
     loop = (experiment, state) if load.built_for_loop else None
-    return ClosedLoop(
+    prepared = ClosedLoop(
         models,
         experiment.law,
         reference,
@@ -267,6 +267,8 @@ def prepare(
         actuation=experiment.actuation,
         seed=seed,
     )
+    prepared.warnings += checked_warnings(experiment.reference, experiment.duration)
+    return prepared
 
 
 def peak_torque(

@@ -51,6 +51,19 @@ def checked_motion(reference: Reference, draw: Callable[[], np.random.Generator]
     return checked
 
 
+def checked_warnings(reference: Reference, duration: float) -> tuple[str, ...]:
+    """Return the warnings of a reference, which may be from a user's own file.
+
+    Args:
+        reference: reference of the experiment.
+        duration: duration of the run [s].
+
+    Raises:
+        ParameterError: the user's code raises, or a recorded motion cannot be read.
+    """
+    return tuple(map(str, _called(reference, lambda: list(reference.warnings(duration)))))
+
+
 def checked_torque(
     disturbance: Disturbance, peak: float, random: np.random.Generator, worst: Callable[[], Torque]
 ) -> Torque:

@@ -51,8 +51,8 @@ class Reference(Member):
     def warnings(self, duration: float) -> Iterable[str]:
         """Return a sentence for everything in the motion that makes a run of it doubtful; nothing where it is right.
 
-        It is asked once a run, after :meth:`drawn`. A sentence has the figure, what it means, and the setting that
-        helps, without a full stop; see :mod:`spherical_wrist.measure.warnings`.
+        It is asked once a run. A sentence has the figure, what it means, and the setting that helps, without a full
+        stop.
 
         Args:
             duration: of the run [s].
