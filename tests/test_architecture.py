@@ -19,7 +19,7 @@ ROOT = Path(spherical_wrist.__file__).parent
 LEVELS = (
     {"errors", "channels", "consent", "plain_text", "picture_file", "seal", "versions", "so3"},
     {"files", "folder_lock", "compat"},
-    {"parameters", "user_file", "wrist"},
+    {"parameters", "user_file", "class_source", "wrist"},
     {"dynamics", "kinematics", "fuzzy", "reference", "disturbance", "sensing", "actuation"},
     {"control"},
     {"measure"},

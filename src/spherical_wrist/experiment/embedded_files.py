@@ -12,6 +12,7 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Any, NamedTuple, Self, get_args
 
+from spherical_wrist.class_source import SourceError, class_source
 from spherical_wrist.consent import is_code
 from spherical_wrist.errors import RecordingError, one_line
 from spherical_wrist.experiment.description import PARTS, Experiment
@@ -36,10 +37,12 @@ class EmbeddedFiles(NamedTuple):
     Attributes:
         places: path in ``files`` of every parameter that stands for a file, by dotted name.
         files: contents by path; files that belong together lie beside each other as they did on disk.
+        missing: reasons for the parts of which the source is not known, by name of the part.
     """
 
     places: Mapping[str, str] = {}
     files: Mapping[str, bytes] = {}
+    missing: Mapping[str, str] = {}
 
     @classmethod
     def of(cls, experiment: Experiment) -> Self:
@@ -51,7 +54,8 @@ class EmbeddedFiles(NamedTuple):
         """
         places: dict[str, str] = {}
         files: dict[str, bytes] = {}
-        for name, group in _groups(experiment):
+        missing: dict[str, str] = {}
+        for name, group in _groups(experiment, missing):
             contents, root = portable(group) if name == "model" else (group, _common_folder(group))
             inside = {file: f"{name}/{file.relative_to(root).as_posix()}" for file in contents}
             places[name] = inside[next(iter(contents))]
@@ -62,7 +66,7 @@ class EmbeddedFiles(NamedTuple):
                 f"model, motion and Python files have together {size / 1e6:.0f} MB, and at most {LARGEST / 1e6:.0f} MB "
                 "are recorded: make the meshes coarser, or run without a recording (--no-recording)"
             )
-        return cls(places, files)
+        return cls(places, files, missing)
 
     def digest(self, name: str) -> str | None:
         """Return twelve digits that tell the files of a parameter from others, by dotted name; None without any.
@@ -219,17 +223,49 @@ def _table(part: Any) -> dict[str, Any]:
     return dict(part) if isinstance(part, Mapping) else {"name": part}
 
 
-def _groups(experiment: Experiment) -> Iterator[tuple[str, Mapping[Path, bytes]]]:
-    """Yield, for every parameter that stands for a file, that file first and then the files that it needs."""
+def _groups(experiment: Experiment, missing: dict[str, str]) -> Iterator[tuple[str, Mapping[Path, bytes]]]:
+    """Yield, for every parameter that stands for a file, that file first and then the files that it needs.
+
+    Reasons for parts of which the source is not known are added to ``missing``.
+    """
     yield "model", model_files(experiment.model or default_model())
     for name in PARTS:
         part: Member = getattr(experiment, name)
         if type(part).files:
             yield name, type(part).files
+        elif _is_own_class(name, part):
+            try:
+                yield name, _source_files(part)
+            except SourceError as error:
+                missing[name] = str(error)
         for parameter in type(part).model_fields:
             file = getattr(part, parameter)
             if isinstance(file, Path):
                 yield f"{name}.{parameter}", _only(file)
+
+
+def _is_own_class(name: str, part: Member) -> bool:
+    """Return True for a part of a class of the user's that does not come from a file by name."""
+    return type(part) not in PARTS[name].members.values() and not is_code(type(part).address)
+
+
+def _source_files(part: Member) -> dict[Path, bytes]:
+    """Return the source of the class of a part as a file, and the modules beside it, in a folder that is not there."""
+    text, modules = class_source(type(part))
+    name = type(part).name
+    while f"{name}.py" in modules:
+        name += "_"
+    return {Path("/", file): content for file, content in {f"{name}.py": text, **modules}.items()}
+
+
+def description_of(experiment: Experiment, embedded_files: EmbeddedFiles) -> dict[str, Any]:
+    """Return an experiment as plain tables, as it is recorded: files are named without their folders."""
+    description = without_folders(experiment.model_dump(mode="json"), embedded_files.places)
+    for name in PARTS.keys() & embedded_files.places.keys():
+        if not is_code(description[name]["name"]):
+            file = file_name(embedded_files.places[name])
+            description[name]["name"] = f"{file}:{type(getattr(experiment, name)).__name__}"
+    return description
 
 
 def _only(file: Path) -> dict[Path, bytes]:

@@ -1,5 +1,6 @@
 """Run to recordings and back."""
 
+import warnings
 from collections.abc import Mapping
 from hashlib import sha256
 from pathlib import Path
@@ -29,6 +30,9 @@ def record(run: Run, path: Path | str) -> None:
     """
     if not len(run):
         raise RecordingError("the run has no series to record: simulate with keep_series=True")
+    for part, reason in run.embedded_files.missing.items():
+        text = f"the recording cannot be replayed elsewhere: it has no source of its {part}, since {reason}"
+        warnings.warn(f"{text}; define it in a file, and name it as path/to/file.py:Name", stacklevel=2)
     with run.plant() as plant:
         texts = title(run.description), experiment_text(run.description)
         write_recording(Path(path), run, plant, properties_of(run), run.every, run.embedded_files.archive(), *texts)

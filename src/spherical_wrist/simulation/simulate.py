@@ -5,7 +5,7 @@ from math import ceil
 
 from spherical_wrist.errors import ParameterError
 from spherical_wrist.experiment.description import Experiment
-from spherical_wrist.experiment.embedded_files import EmbeddedFiles, without_folders
+from spherical_wrist.experiment.embedded_files import EmbeddedFiles, description_of
 from spherical_wrist.loop.engine import interpreted_engine
 from spherical_wrist.measure.logged import Logged, channels_of
 from spherical_wrist.measure.series import Series
@@ -89,7 +89,7 @@ def simulate(
     return Run(
         channels=series.channels,
         described=series.described,
-        description=without_folders(experiment.model_dump(mode="json"), embedded_files.places),
+        description=description_of(experiment, embedded_files),
         outcome=result.outcome,
         metrics=result.metrics,
         measurement=result.measurement,
