@@ -2,12 +2,14 @@
 
 from collections.abc import Mapping
 from concurrent.futures import CancelledError
+from math import isfinite
 from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from spherical_wrist.comparison.law_selection import Laws
+from spherical_wrist.errors import ParameterError
 from spherical_wrist.experiment.description import Experiment, with_changes
 from spherical_wrist.loop.outcome import StoppedError
 from spherical_wrist.margins.frequency_response import (
@@ -106,6 +108,8 @@ def margins(
         WristError: the experiment is not valid, its disturbance has no size, or a law raises.
         CancelledError: the work was stopped.
     """
+    if not isfinite(at):
+        raise ParameterError(f"at = {at} s: must be a finite time")
     shared = {name: value for name, value in (changes or {}).items() if not name.startswith("law.")}
     base = with_changes(tables or {}, shared)
     experiments = [(label, Experiment(**{**base, "law": law})) for label, law in laws.items()]

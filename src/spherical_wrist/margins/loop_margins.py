@@ -14,7 +14,7 @@ AB13MD, which is exact for three complex blocks.
 """
 
 from collections.abc import Iterator
-from itertools import pairwise, permutations
+from itertools import chain, pairwise, permutations
 from typing import NamedTuple
 
 import numpy as np
@@ -36,28 +36,48 @@ FARTHEST_DB = 60.0
 """Gain margins beyond this are none: the loop is stable at any gain, but for what was cut off from its response."""
 
 
+class AxisMargins(NamedTuple):
+    """Margins of the loop of one axis, with the others closed. None where nothing makes it unstable.
+
+    Attributes:
+        max_sensitivity: largest |S_ii| over all frequencies.
+        gain_margin_db: increase of the gain that makes the loop unstable [dB].
+        gain_reduction_margin_db: reduction of the gain that makes it unstable [dB].
+        phase_margin_deg: phase that makes it unstable, of either sign [°].
+        delay_margin_s: delay that makes it unstable [s].
+        disk_margin: α of this axis alone.
+    """
+
+    max_sensitivity: float
+    gain_margin_db: float | None
+    gain_reduction_margin_db: float | None
+    phase_margin_deg: float | None
+    delay_margin_s: float | None
+    disk_margin: float
+
+
 class LoopMargins(NamedTuple):
     """Margins of a loop that is cut at one place. None where nothing makes it unstable.
 
     Attributes:
         max_sensitivity: largest singular value of the sensitivity, over all frequencies (Ms).
         max_complementary: the same of the complementary sensitivity.
-        axis_sensitivity: largest |S_ii|, by axis.
-        gain_margin_db: increase of the gain that makes the loop unstable [dB].
+        gain_margin_db: increase of the gain, of an axis or of all alike, that makes the loop unstable [dB].
         gain_reduction_margin_db: reduction of the gain that makes it unstable [dB].
         phase_margin_deg: phase that makes it unstable, of either sign [°].
         delay_margin_s: delay that makes it unstable [s].
         disk_margin: α of all axes together.
+        axes: margins of each axis alone.
     """
 
     max_sensitivity: float
     max_complementary: float
-    axis_sensitivity: tuple[float, float, float]
     gain_margin_db: float | None
     gain_reduction_margin_db: float | None
     phase_margin_deg: float | None
     delay_margin_s: float | None
     disk_margin: float
+    axes: tuple[AxisMargins, ...]
 
 
 def loop_margins(pulse: Array, period: float, frequency: Array) -> LoopMargins:
@@ -68,33 +88,38 @@ def loop_margins(pulse: Array, period: float, frequency: Array) -> LoopMargins:
         period: control period [s].
         frequency: frequencies [Hz], the last one half the rate of the samples.
     """
+    coarse = frequency_response(pulse, period, frequency)
+    frequency = _refined(frequency, [largest_gain(coarse), largest_gain(np.eye(3) - coarse)])
     sensitivity = frequency_response(pulse, period, frequency)
-    gains, phases, delays = [], [], []
-    single = (1.0 / sensitivity[:, i, i] - 1.0 for i in range(3))
     ends = frequency_response(pulse, period, np.array([0.0, 0.5 / period]))
-    for loop in [*single, *_eigenvalues(loop_gain(sensitivity))]:
-        found = crossings(loop, frequency)
-        gains += found.gains
-        phases += found.phases
-        delays += found.delays
-    # at no frequency, and at half the rate of the samples, the gain is real: it may touch −1 without crossing
-    touching = [loop_gain(ends), *(1.0 / ends[:, i, i][:, None, None] - 1.0 for i in range(3))]
-    for loop in touching:
-        real = np.linalg.eigvals(loop).real.ravel()
-        gains += (-1.0 / real[real < 0.0]).tolist()
-    decibels = [20.0 * float(np.log10(gain)) for gain in gains if gain > 0.0]
-    decibels = [each for each in decibels if abs(each) < FARTHEST_DB]
-    complementary = np.eye(3) - sensitivity
+    axes, every = [], []
+    for i in range(3):
+        own = sensitivity[:, i, i]
+        found = crossings(1.0 / own - 1.0, 1.0 / ends[:, i, i] - 1.0, frequency)
+        every.append(found)
+        axes.append(AxisMargins(float(np.abs(own).max()), *found.nearest(), disk_margin(own[:, None, None])))
+    alike = np.linalg.eigvals(loop_gain(ends))
+    every += [
+        crossings(each, end, frequency) for each, end in zip(_eigenvalues(loop_gain(sensitivity)), alike.T, strict=True)
+    ]
+    together = Crossings(*(list(chain.from_iterable(lists)) for lists in zip(*every, strict=True)))
     return LoopMargins(
         float(largest_gain(sensitivity).max()),
-        float(largest_gain(complementary).max()),
-        tuple(np.abs(sensitivity[:, range(3), range(3)]).max(axis=0).tolist()),
-        min((each for each in decibels if each > 0.0), default=None),
-        min((-each for each in decibels if each < 0.0), default=None),
-        min(map(abs, phases), default=None),
-        min(delays, default=None),
+        float(largest_gain(np.eye(3) - sensitivity).max()),
+        *together.nearest(),
         disk_margin(sensitivity),
+        tuple(axes),
     )
+
+
+def _refined(frequency: Array, curves: list[Array]) -> Array:
+    """Add frequencies around the peaks of curves: at a step of 2.3 % a peak of damping 0.03 would lose 5 %."""
+    fine = [frequency]
+    for curve in curves:
+        peak = int(curve.argmax())
+        low, high = frequency[max(peak - 1, 0)], frequency[min(peak + 1, len(frequency) - 1)]
+        fine.append(np.geomspace(low, high, 22)[1:-1])
+    return np.unique(np.concatenate(fine))
 
 
 class Crossings(NamedTuple):
@@ -110,21 +135,43 @@ class Crossings(NamedTuple):
     phases: list[float]
     delays: list[float]
 
+    def nearest(self) -> tuple[float | None, float | None, float | None, float | None]:
+        """Return gain margin and gain reduction margin [dB], phase margin [°] and delay margin [s]."""
+        decibels = [20.0 * float(np.log10(gain)) for gain in self.gains if gain > 0.0]
+        decibels = [each for each in decibels if abs(each) < FARTHEST_DB]
+        return (
+            min((each for each in decibels if each > 0.0), default=None),
+            min((-each for each in decibels if each < 0.0), default=None),
+            min(map(abs, self.phases), default=None),
+            min(self.delays, default=None),
+        )
 
-def crossings(loop: Complex, frequency: Array) -> Crossings:
-    """Find the changes of one loop that make it unstable, from its gain (m,) at frequencies [Hz] (m,)."""
+
+def crossings(loop: Complex, ends: Complex, frequency: Array) -> Crossings:
+    """Find the changes of one loop that make it unstable.
+
+    Args:
+        loop: gain of the loop at the frequencies, (m,).
+        ends: gain at no frequency and at half the rate of the samples, where it is real: it may touch −1 there without
+            crossing the axis.
+        frequency: frequencies [Hz], (m,).
+    """
     response = FrequencyResponseData(loop, 2.0 * np.pi * frequency, smooth=True)
     gains, phases, _, _, at, _ = stability_margins(response, returnall=True)
     delays = np.deg2rad(np.mod(phases, 360.0)) / at
-    return Crossings(gains.tolist(), phases.tolist(), delays.tolist())
+    touching = [-1.0 / end for end in ends.real if end < 0.0]
+    return Crossings(gains.tolist() + touching, phases.tolist(), delays.tolist())
 
 
 def disk_margin(sensitivity: Complex, skew: float = 0.0) -> float:
     """Return the disk margin α with skew σ of a loop with a sensitivity (m, n, n)."""
     size = sensitivity.shape[-1]
     centred = sensitivity + 0.5 * (skew - 1.0) * np.eye(size)
+    # μ lies between spectral radius and largest singular value: elsewhere it cannot be largest
+    least = np.abs(np.linalg.eigvals(centred)).max()
+    near = centred[largest_gain(centred) >= (1.0 - 1e-9) * least]
     blocks, complex_ones = np.ones(size, int), np.full(size, 2)
-    return 1.0 / max(float(ab13md(each, blocks, complex_ones)[0]) for each in centred)
+    return 1.0 / max(float(ab13md(each, blocks, complex_ones)[0]) for each in near)
 
 
 def _eigenvalues(matrices: Complex) -> Iterator[Complex]:

@@ -10,7 +10,7 @@ The keys of the JSON object are stable:
                      there is no linear loop: then all figures are null), ``max_sensitivity``, ``gain_margin_db``,
                      ``gain_reduction_margin_db``, ``phase_margin_deg``, ``delay_margin_s``, ``disk_margin`` (of the
                      loop that is cut at the plant's input; null for a margin that has no end), ``bandwidth_hz``,
-                     ``worst_tip_error_mm``, ``cuts`` (the same margins and more, by the place of the cut), ``ranges``
+                     ``worst_tip_error_mm``, ``cuts`` (by place: the same margins, and of the ``axes``), ``ranges``
                      (null for a range that goes up to the limit of the search), ``response`` (``frequency_hz``,
                      ``sensitivity``, ``complementary``, ``tip_mm_per_Nm``: largest singular values), ``worst``
                      (``gain_mm_per_Nm``, ``direction`` in the world, ``levels`` of −1, 0 or 1 by control period, the
@@ -61,14 +61,14 @@ def to_dict(found: Sequence[LawMargins], at: float, wall_time: float) -> dict[st
 
 def _law(found: LawMargins) -> dict[str, Any]:
     law, linear = found.experiment.law, found.linear
-    at_input = None if linear is None else linear.margins["plant_input"]._asdict()
+    at_input = None if linear is None else linear.margins["plant_input"]
     return {
         "law": found.law,
         "name": law.name,
         "parameters": {name: value for name, value in law.model_dump(mode="json").items() if name != "name"},
         "stable": linear is not None,
         "reason": found.reason or None,
-        **{name: None if at_input is None else at_input[name] for name in HEADLINE},
+        **{name: getattr(at_input, name, None) for name in HEADLINE},
         "bandwidth_hz": None if linear is None else linear.bandwidth_hz,
         "worst_tip_error_mm": found.worst_tip_error_mm,
         **(dict.fromkeys(("cuts", "ranges", "response", "worst")) if linear is None else _linear(linear)),
@@ -78,7 +78,10 @@ def _law(found: LawMargins) -> dict[str, Any]:
 
 def _linear(linear: LinearLoop) -> dict[str, Any]:
     return {
-        "cuts": {place: each._asdict() for place, each in linear.margins.items()},
+        "cuts": {
+            place: {**each._asdict(), "axes": [axis._asdict() for axis in each.axes]}
+            for place, each in linear.margins.items()
+        },
         "ranges": dict(linear.ranges),
         "response": {
             "frequency_hz": linear.frequency.tolist(),
