@@ -28,6 +28,7 @@ from spherical_wrist.control.geometric_tracking import HALF_ANGLE, AttitudeError
 from spherical_wrist.control.slotine_li import deviation_torque, up_after
 from spherical_wrist.control.torque_limit import integrated
 from spherical_wrist.experiment.perturbation import Start
+from spherical_wrist.loop.compiler import compiled_law
 from spherical_wrist.loop.engine import interpreted_step
 from spherical_wrist.loop.outcome import Status
 from spherical_wrist.prepare.plant import Perturbation, perturbed, plant_of
@@ -791,17 +792,21 @@ def test_a_limit_of_its_own_spares_the_motors():
 # --- the defaults
 
 
-def linear(law, inertia, axis):
-    """A, B, C, D of a law at rest from (e, ė) of one axis to its torque, by central differences of its step."""
-    step, packed, size = interpreted_step(law), law.packed(), law.state_size
+@cache
+def linear(law, inertia, axis, known=2.0 * T):
+    """A, B, C, D of a law at rest from (e, ė) of one axis to its torque, by central differences of its step.
+
+    ``known`` is the lateness of samples and motors that the law is told [s]. The states of the other axes are left out.
+    """
+    step, packed, size = compiled_law(law), law.packed(), law.state_size
 
     def after(state, e, de):
         signal, command = np.zeros(1, SIGNAL), np.zeros(1, COMMAND)
         signal["period"], signal["H"], signal["attitude"] = T, np.diag(inertia), (1.0, 0.0, 0.0, 0.0)
-        signal["torque_limit"], signal["horizon"] = np.inf, 2.5 * T
+        signal["torque_limit"], signal["horizon"] = np.inf, 0.5 * T + known
         signal["error"][0, axis], signal["rate_error"][0, axis], signal["rate"][0, axis] = e, de, -de
         state = state.copy()
-        step(signal.view(np.recarray)[0], packed, state, command.view(np.recarray)[0])
+        step(signal[0], packed, state, command[0])
         return np.append(state, command["torque"][0, axis])
 
     rest = law.packed_state()
@@ -811,12 +816,17 @@ def linear(law, inertia, axis):
     J = np.stack(
         [(after(rest + h[:size], *h[size:]) - after(rest - h[:size], *-h[size:])) / 2e-7 for h in small], axis=1
     )
+    moved = np.abs(J[:size, size:]).sum(axis=1) > 0.0
+    for _ in range(size):
+        moved = moved | (np.abs(J[:size, :size]) @ moved > 0.0)
+    kept = np.append(moved, [True, True])
+    J, size = J[np.ix_(np.append(moved, True), kept)], moved.sum()
     return J[:size, :size], J[:size, size:], J[size:, :size], J[size:, size:]
 
 
 def late_loop(law, mass, axis):
     """A, B, C of the open loop: motors with a lag of 1 ms, the wrist of one axis, one more period of delay, the law."""
-    inertia = np.diag(RigidBody.of(Experiment().nominal()).inertia)
+    inertia = tuple(np.diag(RigidBody.of(Experiment().nominal()).inertia))
     motion = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, -1.0 / (mass * inertia[axis])], [0.0, 0.0, -1.0 / T]])
     M = expm(T * np.block([[motion, np.array([[0.0], [0.0], [1.0 / T]])], [np.zeros((1, 4))]]))
     see = np.eye(2, 3)

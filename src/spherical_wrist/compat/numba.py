@@ -13,6 +13,7 @@ that calls it, and only the whole is optimised and emitted. That is most of the 
 import atexit
 import gc
 import sys
+import warnings
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from functools import cache
@@ -36,6 +37,7 @@ try:
     from numba.core.codegen import JITCodeLibrary, JITCPUCodegen
     from numba.core.compiler_lock import global_compiler_lock
     from numba.core.compiler_machinery import PassManager
+    from numba.core.errors import NumbaExperimentalFeatureWarning
     from numba.core.registry import cpu_target
     from numba.core.typing.typeof import typeof_impl
     from numba.np.arrayobj import populate_array
@@ -146,7 +148,9 @@ def emit(function: FunctionType, arguments: tuple[Any, ...], task: Task) -> Obje
         TypeError: the function refers to an object of this process.
         Exception: numba cannot compile it.
     """
-    with _compiling(task) as codegen:
+    with _compiling(task) as codegen, warnings.catch_warnings():
+        # a state that begins like another law's has its fields at the same places, and shares its helpers
+        warnings.filterwarnings("ignore", "Record.*subtype", NumbaExperimentalFeatureWarning)
         flags = compiler.Flags()
         cpu_target.options.parse_as_flags(flags, {"nopython": True, **_options(function, task)})
         flags.no_compile = True
