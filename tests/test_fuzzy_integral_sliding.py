@@ -8,6 +8,7 @@ from spherical_wrist import Experiment, simulate
 from spherical_wrist.comparison.cases import DEFAULT, IDEAL, group_of
 from spherical_wrist.control import FuzzyIntegralSliding, Law, ModelBasedLaw
 from spherical_wrist.control.contract import COMMAND, SIGNAL
+from spherical_wrist.control.kalman_observer import KalmanLaw
 from spherical_wrist.control.mismatch_observer import Mismatch, foresee, observe, start
 from spherical_wrist.control.past_commands import remember, samples_since
 from spherical_wrist.experiment.presets import HARDWARE
@@ -193,16 +194,28 @@ def test_six_ideal_cases_with_one_set_of_gains(shape, mass):
 
 
 FAULTY = [case for case in DEFAULT if group_of(case.experiment({}, {})) != IDEAL]
-RIVALS = [name for name, law in Law.members.items() if issubclass(law, ModelBasedLaw) and law.status != "ours"]
+OTHERS = [name for name, law in Law.members.items() if issubclass(law, ModelBasedLaw) and law.status != "ours"]
+FILTERED = [name for name in OTHERS if issubclass(Law.members[name], KalmanLaw)]
+RIVALS = [name for name in OTHERS if name not in FILTERED]
 
 
 @pytest.mark.parametrize("case", some(FAULTY, 3), ids=lambda case: case.name)
-def test_with_hardware_that_is_not_ideal_no_rival_is_better_by_more_than_a_fifth(case):
+def test_with_hardware_that_is_not_ideal_no_rival_without_a_filter_is_better_by_more_than_a_fifth(case):
     def error(law):
         run = simulate(case.experiment({}, {"law": law, "duration": 4.0}), keep_series=False)
         return run.metrics.rms_error_rad if run.outcome.status is Status.COMPLETED else np.inf
 
     assert error("fuzzy_integral_sliding") < 1.2 * min(map(error, RIVALS))
+
+
+def test_attitude_and_rate_fused_by_a_kalman_filter_do_better_where_there_is_noise():
+    """What this law lacks: with realistic sensors the filtered rivals leave less, at a fraction of the chattering."""
+    found = {}
+    for law in ("fuzzy_integral_sliding", *FILTERED):
+        found[law] = simulate(Experiment(law=law, **HARDWARE["realistic"]), keep_series=False).metrics
+    ours = found.pop("fuzzy_integral_sliding")
+    assert all(metrics.rms_tip_error_mm < ours.rms_tip_error_mm for metrics in found.values())
+    assert all(metrics.chattering_Nm_per_s < 0.3 * ours.chattering_Nm_per_s for metrics in found.values())
 
 
 def test_a_sinusoidal_torque_leaves_what_the_derivation_says():
