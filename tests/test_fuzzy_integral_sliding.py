@@ -209,7 +209,7 @@ def test_with_hardware_that_is_not_ideal_no_rival_without_a_filter_is_better_by_
 
 
 def test_attitude_and_rate_fused_by_a_kalman_filter_do_better_where_there_is_noise():
-    """What this law lacks: with realistic sensors the filtered rivals leave less, at a fraction of the chattering."""
+    """With realistic sensors the filtered rivals leave less than this law, at a fraction of the chattering."""
     found = {}
     for law in ("fuzzy_integral_sliding", *FILTERED):
         found[law] = simulate(Experiment(law=law, **HARDWARE["realistic"]), keep_series=False).metrics
