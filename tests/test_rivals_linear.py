@@ -146,6 +146,14 @@ def test_filter_finds_the_bias_of_the_gyroscope():
 
 
 @pytest.mark.parametrize("law", [LQG, LinearMPC])
+def test_a_large_error_is_not_taken_for_a_bias(law):
+    """A return from 0.9 rad about all axes, in which the rate of the log is far from ė."""
+    run = simulate(Experiment(law=law(), initial_error=(0.6, -0.4, 0.5), duration=1.0))
+    assert np.abs(state_of(run).bias).max() < 5e-3
+    assert np.abs(run.error[400:]).max() < 1e-3
+
+
+@pytest.mark.parametrize("law", [LQG, LinearMPC])
 def test_designed_for_the_period_of_the_run(law):
     """At half and twice the period the loop has the same bandwidth: much the same error is left."""
     found = {}

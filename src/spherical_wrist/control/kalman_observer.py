@@ -11,6 +11,10 @@ L = P Cᵀ (C P Cᵀ + R)⁻¹ the gain that corrects with one (Kalman, 1960; An
 chapter 4). The pair is observable: e, which is known but for white noise, tells the rate from the bias. L is solved for
 by SciPy, in units of σ_e and T, when the law is prepared for its period.
 
+For large errors the rate of the log is not ė, but ė − ½ e × ė + e × (e × ė) / 12 − … (of which the next term has
+|e|⁴ / 720). What the first terms add to ė at a sample is added to the prediction of e, which would otherwise be taken
+for a bias of the gyroscope.
+
 The w that acted before a sample, late ones too, are those of ``past_commands``. A law that uses the filter derives from
 :class:`KalmanLaw`, its state from :class:`Estimate`.
 """
@@ -25,6 +29,7 @@ from spherical_wrist.control.past_commands import PastCommands, asked
 from spherical_wrist.control.riccati import riccati
 from spherical_wrist.control.torque_limit import largest_mismatch
 from spherical_wrist.parameters import Positive, Vector, quantity
+from spherical_wrist.so3 import cross
 
 
 class Estimate(PastCommands):
@@ -101,12 +106,18 @@ def estimate(signal: Signal, gain: Array, state: Any, axis: int, late: float, pe
         first: the sample is the first one, from which the filter starts.
     """
     T = signal.period
+    turning = cross(
+        (signal.error[0], signal.error[1], signal.error[2]),
+        (signal.rate_error[0], signal.rate_error[1], signal.rate_error[2]),
+    )
+    twice = cross((signal.error[0], signal.error[1], signal.error[2]), turning)
+    beside = twice[axis] / 12.0 - 0.5 * turning[axis]
     if first:
         state.error[axis], state.rate_error[axis] = signal.error[axis], signal.rate_error[axis]
     for n in range(periods):
         growth = state.growth[axis]
         acceleration = state.mismatch[axis] - asked(state, axis, late + periods - 1 - n)
-        state.error[axis] += T * (state.rate_error[axis] + T * (0.5 * acceleration + T * growth / 6.0))
+        state.error[axis] += T * (state.rate_error[axis] + beside + T * (0.5 * acceleration + T * growth / 6.0))
         state.rate_error[axis] += T * (acceleration + 0.5 * T * growth)
         state.mismatch[axis] += T * growth
     if periods == 0:
