@@ -64,7 +64,7 @@ class AdaptiveFuzzySlidingComputedTorque(FuzzySlopeLaw):
     lowest: Positive = quantity(0.5, "", "smallest rule weight")
     highest: Positive = quantity(12.0, "", "largest rule weight")
 
-    def __init__(self, **values: Any) -> None:
+    def __init__(self, /, **values: Any) -> None:
         super().__init__(**values)
         weights = np.array(self.rules)
         if not (self.lowest <= weights.min() and weights.max() <= self.highest):

@@ -97,7 +97,7 @@ class Experiment(Parameters):
     )
     tip: str | None = quantity(None, "", "site of the tool tip, if there are several and none is called tip")
 
-    def __init__(self, **values: Any) -> None:
+    def __init__(self, /, **values: Any) -> None:
         if values.get("duration") == WHOLE:
             known = {name: value for name, value in values.items() if name != "duration"}
             values = {**known, "duration": _whole(type(self)(**known))}

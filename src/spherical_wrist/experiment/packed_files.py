@@ -64,6 +64,10 @@ class PackedFiles(Mapping[str, bytes]):
         except _FAULTS as error:
             raise RecordingError(f"the file {path!r} in the recording is damaged: {one_line(error, 100)}") from None
 
+    def __contains__(self, path: object) -> bool:
+        """Return True for the path of a file, which is not unpacked for it."""
+        return path in self._entries
+
     def __iter__(self) -> Iterator[str]:
         """Iterate over the paths."""
         return iter(self._entries)
