@@ -173,6 +173,42 @@ def test_a_file_that_would_end_the_process_is_an_error_of_one_line(folder, end):
     assert "ends.py" in one_line(caught.value)
 
 
+HOOKS = {
+    "reference": ("motion(self, time)", "drawn(self, random)", "model_post_init(self, context)"),
+    "disturbance": ("shape(self, random)", "torque(self, peak, random, worst=None)", "model_post_init(self, context)"),
+    "law": ("model_post_init(self, context)", "derived(self)", "packed(self, period)"),
+}
+"""Methods of a user's part that this package calls, besides the step of a law."""
+ENDS = ("sys.exit(0)", "raise Odd", "raise RuntimeError('no')")
+
+
+@pytest.mark.parametrize("kind", HOOKS)
+def test_a_part_that_would_end_the_process_is_an_error_of_one_line(folder, wrist, kind):
+    family = kind.capitalize()
+    home = {"law": "control"}.get(kind, kind)
+    for number, (hook, end) in enumerate((hook, end) for hook in HOOKS[kind] for end in ENDS):
+        (folder / f"ends{number}.py").write_text(
+            f"import sys\nfrom spherical_wrist.{home} import {family}\n\nclass Odd(BaseException): pass\n\n"
+            f"class Ends({family}):\n    size_of_it: float = 1.0\n\n    def {hook}:\n        {end}\n\n"
+            "    @staticmethod\n    def step(signal, parameters, state, command):\n        command.torque[:] = 0.0\n"
+        )
+        size = ["--set", "disturbance.amplitude=0.01"] if kind == "disturbance" else []
+        code, out, err = wrist("run", "--set", f"{kind}.name='ends{number}.py:Ends'", *size, "--no-recording")
+        assert (code, out, err.count("\n")) == (2, "", 1), (hook, end, err)
+        assert "ends" in err
+
+
+@pytest.mark.parametrize("end", ENDS)
+def test_a_step_that_would_end_the_process_is_an_error_of_one_line(folder, wrist, end):
+    (folder / "ends.py").write_text(
+        "import sys\nfrom spherical_wrist.control import Law\n\nclass Odd(BaseException): pass\n\n"
+        f"class Ends(Law):\n    @staticmethod\n    def step(signal, parameters, state, command):\n        {end}\n"
+    )
+    code, out, err = wrist("run", "--law", "ends.py:Ends", "--no-recording")
+    assert (code, out, err.count("\n")) == (2, "", 1), err
+    assert "raised" in err
+
+
 def test_bytecode_is_no_python_file(folder):
     import py_compile
 

@@ -32,6 +32,23 @@ class ViewerError(WristError):
     """Viewer that cannot be opened or reached, or does not show a recording."""
 
 
+class Interruption(BaseException):
+    """Base of what ends a command from outside, such as a signal: no handler of errors catches it."""
+
+
+def as_exception(error: BaseException) -> Exception:
+    """Return what a user's code raised as an exception, since it may raise anything, such as SystemExit.
+
+    Raises:
+        BaseException: the same again, where it came from outside.
+    """
+    if isinstance(error, Exception):
+        return error
+    if isinstance(error, KeyboardInterrupt | Interruption):
+        raise error
+    return WristError(f"a Python file raised {type(error).__name__}: {one_line(error)}")
+
+
 class UnknownNameError(ParameterError):
     """Name that is not among the valid ones.
 

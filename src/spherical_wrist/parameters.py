@@ -14,7 +14,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationEr
 from pydantic_core import ErrorDetails
 
 from spherical_wrist.consent import code_is_withheld, is_code
-from spherical_wrist.errors import ParameterError, UnknownNameError, WristError, one_line
+from spherical_wrist.errors import ParameterError, UnknownNameError, WristError, as_exception, one_line
 from spherical_wrist.user_file import member_from_file
 
 
@@ -235,6 +235,11 @@ class Member(Parameters):
             return member(**values)
         except ParameterError as error:
             raise ParameterError(f"{cls.kind} {member.name}: {error}") from None
+        except BaseException as error:  # a user's code may raise anything
+            found = as_exception(error)
+            if not member.files or isinstance(found, cls.fault):
+                raise
+            raise cls.fault(f"{cls.kind} {member.name} raised {type(error).__name__}: {one_line(error)}") from None
 
     @classmethod
     def member(cls, name: Any) -> "type[Member]":

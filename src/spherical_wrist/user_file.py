@@ -3,17 +3,22 @@
 import hashlib
 import importlib.util
 import sys
+import traceback
 from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, NamedTuple
 
-from spherical_wrist.errors import UnknownNameError, one_line
+from spherical_wrist.errors import UnknownNameError, as_exception, one_line
 from spherical_wrist.files import read_whole
 
 if TYPE_CHECKING:
     from spherical_wrist.parameters import Member
+
+
+MODULE = "user_law_"
+"""Beginning of the names of modules that are users' files."""
 
 
 class UserFile(NamedTuple):
@@ -66,6 +71,16 @@ def member_from_file(address: str, family: "type[Member]") -> "type[Member]":
     raise UnknownNameError(kind, name, members, f" in {file}")
 
 
+def user_line(error: BaseException) -> str:
+    """Return the last line of a user's file that an error passed through, as text; empty if there is none."""
+    places = [
+        f"{frame.f_code.co_filename!r}, line {line}"
+        for frame, line in traceback.walk_tb(error.__traceback__)
+        if str(frame.f_globals.get("__name__")).startswith(MODULE)
+    ]
+    return places[-1] if places else ""
+
+
 class _FileError(Exception):
     """A user's file cannot be loaded; the message follows its name."""
 
@@ -82,7 +97,7 @@ def _loaded(path: Path, content: bytes) -> UserFile:
         _FileError: it raises.
     """
     # the name must be the same in every process: compiled code that is cached on disk refers to it
-    name = f"user_law_{hashlib.sha256(content).hexdigest()[:16]}"
+    name = f"{MODULE}{hashlib.sha256(content).hexdigest()[:16]}"
     spec = importlib.util.spec_from_file_location(name, path)
     assert spec is not None
     assert spec.loader is not None
@@ -96,8 +111,7 @@ def _loaded(path: Path, content: bytes) -> UserFile:
         spec.loader.exec_module(module)
     except BaseException as error:  # a user's file may raise anything, SystemExit too
         del sys.modules[name]
-        if isinstance(error, KeyboardInterrupt) or type(error).__module__.startswith("spherical_wrist.cli"):
-            raise  # a signal, not the file
+        as_exception(error)
         line = f", line {error.lineno}" if isinstance(error, SyntaxError) else ""
         raise _FileError(f"{line}: {type(error).__name__}: {one_line(error)}") from None
     finally:

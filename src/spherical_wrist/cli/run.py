@@ -51,7 +51,7 @@ def command(
         ParameterError: options contradict each other, or a value is not valid.
     """
     from spherical_wrist.cli.output import run_table
-    from spherical_wrist.cli.signals import noted
+    from spherical_wrist.cli.signals import heard, noted
     from spherical_wrist.cli.tables import print_json
     from spherical_wrist.errors import ParameterError
     from spherical_wrist.experiment.command import read_settings
@@ -86,6 +86,8 @@ def command(
                 stop=lambda: bool(received),
                 watch=show,
             )
+        if received:
+            heard()
         recording = target if len(run) else None
         if recording is not None:
             from spherical_wrist.recording.runs import record  # half a second of imports

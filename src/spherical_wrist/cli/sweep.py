@@ -72,7 +72,7 @@ def command(
     from spherical_wrist.campaign.folder import Folder, campaign_lock, is_campaign
     from spherical_wrist.campaign.sweep import resume as resumed
     from spherical_wrist.campaign.sweep import sweep
-    from spherical_wrist.cli.signals import Stopped, stopping
+    from spherical_wrist.cli.signals import Stopped, farewell, stopping
 
     if replay is not None:
         return _replay(Folder.open(campaign, trust=trust), replay, output or Path(f"episode-{replay}.rrd"), json)
@@ -90,10 +90,11 @@ def command(
         else:
             raise CampaignError(f"{str(path)!r} holds a campaign: --resume goes on with it, -o gives another folder")
         try:
+            farewell(stopped := visible(f"stopped; go on with: {folder.command('--resume')}"))
             with stopping(), _listener(json) as listener:
                 sweep(folder, cluster, listener)
         except Stopped as stop:
-            print(visible(f"stopped; go on with: {folder.command('--resume')}"), file=sys.stderr)
+            print(stopped, file=sys.stderr)
             return 128 + stop.number
     _report(folder, json, lambda text: None)  # the sweep has said what is not trusted
     return 0

@@ -16,7 +16,7 @@ from typer import Argument, Option
 from spherical_wrist.cli import completion
 from spherical_wrist.cli.options import CaseFile, Changes, Jobs, Json, Settings, with_parameters
 from spherical_wrist.cli.progress import counting
-from spherical_wrist.cli.signals import noted
+from spherical_wrist.cli.signals import heard, noted
 from spherical_wrist.cli.streams import complain
 from spherical_wrist.cli.tables import Entry, fitted, json_bytes, print_json, printer, short, written_to
 from spherical_wrist.errors import ParameterError
@@ -109,6 +109,8 @@ def command(
     folder = output or Path(f"tune-{tuned.name}")
     with noted() as received, counting("tuning") as progress:
         found = tune(search, folder, trials, jobs=jobs, progress=progress, stop=lambda: bool(received))
+    if received:
+        heard()
     if found is None:
         print("stopped before the first trials were done", file=sys.stderr)
         return 128 + received[0]

@@ -13,7 +13,7 @@ import numpy.typing as npt
 from spherical_wrist.control.contract import COMMAND, Law
 from spherical_wrist.disturbance import Disturbance, Torque
 from spherical_wrist.dynamics import MOTION
-from spherical_wrist.errors import LawError, ParameterError, WristError, one_line
+from spherical_wrist.errors import LawError, ParameterError, WristError, as_exception, one_line
 from spherical_wrist.loop.engine import interpreted_step
 from spherical_wrist.parameters import Member
 from spherical_wrist.prepare.inputs import Motion
@@ -155,7 +155,8 @@ def _called(part: Member, function: Callable[[], Given]) -> Given:
         return function()
     except WristError:
         raise
-    except Exception as error:  # a user's code may raise anything
+    except BaseException as error:  # a user's code may raise anything
+        as_exception(error)
         raise _fault(part, f"raised {type(error).__name__}: {one_line(error)}") from None
 
 
@@ -177,10 +178,13 @@ def check_step(law: Law, signal: npt.NDArray[np.void], state: npt.NDArray[np.flo
     command = np.full(COMMAND.itemsize // 8, np.nan).view(COMMAND).view(np.recarray)
     time = float(signal["time"][0])
     name = f"law {law.name!r} at t = {time:.6g} s"
-    packed = law.packed(float(signal["period"][0]))
     try:
+        packed = law.packed(float(signal["period"][0]))
         interpreted_step(law)(signal.view(np.recarray)[0], packed, state.copy(), command[0])
-    except Exception as error:  # a user's law may raise anything
+    except WristError:
+        raise
+    except BaseException as error:  # a user's law may raise anything
+        as_exception(error)
         raise LawError(f"{name} raised {type(error).__name__}: {one_line(error)}") from None
     torque = command["torque"][0]
     if not np.isfinite(torque).all():

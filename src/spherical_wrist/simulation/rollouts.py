@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from typing import Any, NamedTuple
 
 from spherical_wrist.compat.libmujoco import warnings_kept_in_data
-from spherical_wrist.errors import one_line
+from spherical_wrist.errors import as_exception, one_line
 from spherical_wrist.experiment.description import Experiment
 from spherical_wrist.loop.outcome import Outcome, Status, StoppedError
 from spherical_wrist.loop.rollout import Rollout, compiled_run_all, run_chunk
@@ -100,8 +100,8 @@ class _Run:
             self.loop = prepare(experiment, cache, stop=stop, slot=slot)
         except StoppedError:
             pass
-        except Exception as error:
-            self.fault = error
+        except BaseException as error:  # a user's code may raise anything
+            self.fault = as_exception(error)
 
     @property
     def running(self) -> bool:
@@ -113,8 +113,8 @@ class _Run:
         assert self._metrics is not None
         try:
             inputs = self.loop.next_inputs(chunk, steps)
-        except Exception as error:
-            self.fault = error
+        except BaseException as error:  # a user's code may raise anything
+            self.fault = as_exception(error)
             return None
         return Rollout(self.loop.parts, inputs, self._metrics.settings, self._metrics.totals, self.loop.widths)
 
@@ -128,8 +128,8 @@ class _Run:
             self.loop.record_progress(progress.logged, progress.status)
             if self.loop.outcome is not None:
                 self.add_warnings()
-        except Exception as error:
-            self.fault = error
+        except BaseException as error:  # a user's code may raise anything
+            self.fault = as_exception(error)
 
     def add_warnings(self) -> None:
         """Add what was measured of a run that has ended to the warnings of its loop."""
