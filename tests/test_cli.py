@@ -39,6 +39,7 @@ def test_json_is_one_object_with_the_promised_keys(wrist):
     assert (code, err) == (0, "")
     assert set(told) == {
         "outcome",
+        "warnings",
         "law",
         "reference",
         "duration_s",
@@ -139,7 +140,7 @@ def test_list_names_everything_with_units(wrist):
         assert name in out
     told = json.loads(wrist("list", "--json")[1])
     assert told["laws"]["computed_torque"]["parameters"]["Kp"]["unit"] == "1/s²"
-    assert set(told) == {*map(family_title, PARTS), "experiment", "metrics"}
+    assert set(told) == {*map(family_title, PARTS), "experiment", "metrics", "warnings"}
     assert told["metrics"]["rms_error_rad"]["unit"] == "rad"
 
 

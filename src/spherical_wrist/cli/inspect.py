@@ -37,6 +37,7 @@ def command(
 
     Exit code: 0 consistent, 2 wrong input, or a recording that contradicts itself (nothing is written then).
     """
+    from spherical_wrist.cli.output import warn
     from spherical_wrist.files import check_writable, note_input
     from spherical_wrist.inspection import inspect
     from spherical_wrist.inspection.formats import EXPORTS, IMAGES, check_suffix
@@ -50,6 +51,7 @@ def command(
     inspection = inspect(recording)
     if not json:
         _print_tables(inspection, recording)
+    warn(inspection.run.warnings)
     inspection.check()
     _write(inspection.run, plots, exports)
     if json:
@@ -83,7 +85,8 @@ def _title(run: Run) -> list[str]:
 
     names = f"{name_of(run.description['law'])} on {name_of(run.description['reference'])}"
     how = conditions(run) + thinning(run)
-    return [names, str(run.outcome), how] if run.outcome.reason else [names, f"{run.outcome} · {how}"]
+    ended = [str(run.outcome), how] if run.outcome.reason else [f"{run.outcome} · {how}"]
+    return [names, *ended, *(f"warning: {warning}" for warning in run.warnings)]
 
 
 def _print_json(found: Inspection, path: Path, plots: list[Path], exports: list[Path]) -> None:
@@ -94,6 +97,7 @@ def _print_json(found: Inspection, path: Path, plots: list[Path], exports: list[
             "experiment": run.description,
             "versions": run.versions,
             "outcome": {"status": str(run.outcome.status), "time_s": run.outcome.time, "reason": run.outcome.reason},
+            "warnings": list(run.warnings),
             "samples": len(run),
             "record_every": run.every,
             "metrics": dict(run.metrics),

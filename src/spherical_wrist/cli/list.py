@@ -1,4 +1,4 @@
-"""``wrist list``: names and parameters of everything that an experiment is made of; metrics."""
+"""``wrist list``: names and parameters of everything that an experiment is made of; metrics and warnings."""
 
 from __future__ import annotations
 
@@ -23,6 +23,7 @@ def command(json: Json = False) -> None:
     """Everything listed can be set with --set NAME=VALUE, in an experiment file, or in Python."""
     from spherical_wrist.experiment.description import PARTS, Experiment
     from spherical_wrist.measure.metrics import METRICS
+    from spherical_wrist.measure.warnings import CHECKS
 
     titles = {part: family_title(part) for part in PARTS}
     families = {
@@ -31,7 +32,8 @@ def command(json: Json = False) -> None:
     }
     if json:
         metrics = {name: _describe_metric(metric) for name, metric in METRICS.items()}
-        print_json({**families, "experiment": _describe(Experiment), "metrics": metrics})
+        warnings = {name: check._asdict() for name, check in CHECKS.items()}
+        print_json({**families, "experiment": _describe(Experiment), "metrics": metrics, "warnings": warnings})
         return
     console = printer()
     for part, title in titles.items():
@@ -47,6 +49,10 @@ def command(json: Json = False) -> None:
     console.rule(Text("Metrics", "bold"), align="left")
     console.print("Figures of merit of a run, by their names in JSON, campaigns and bounds.")
     console.print(_metrics_table())
+    console.print()
+    console.rule(Text("Warnings", "bold"), align="left")
+    console.print("What makes the figures of a run doubtful; runs that are right have none.")
+    console.print(_warnings_table())
 
 
 def family_title(part: str) -> str:
@@ -80,6 +86,16 @@ def _metrics_table() -> Table:
     for name, metric in METRICS.items():
         runs = "" if metric.needs is EVERY_RUN else f" ({metric.needs.runs})"
         table.add_row(f"  {name}", metric.label, metric.unit, metric.meaning + runs)
+    return table
+
+
+def _warnings_table() -> Table:
+    from spherical_wrist.measure.metrics import METRICS
+    from spherical_wrist.measure.warnings import CHECKS
+
+    table = _columns()
+    for name, check in CHECKS.items():
+        table.add_row(f"  {name}", f"{check.metric} > {check.limit:g}", METRICS[check.metric].unit, check.meaning)
     return table
 
 

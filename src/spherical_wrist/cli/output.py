@@ -1,5 +1,6 @@
 """Tables of runs and their metrics on the terminal."""
 
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -7,6 +8,7 @@ from rich.table import Table
 from rich.text import Text
 
 from spherical_wrist.actuation import Ideal as IdealActuation
+from spherical_wrist.cli.streams import complain
 from spherical_wrist.cli.tables import number, printer
 from spherical_wrist.loop.outcome import Status
 from spherical_wrist.measure.metrics import METRICS, Metrics
@@ -18,6 +20,12 @@ IDEAL = {"sensing": IdealSensing().model_dump(mode="json"), "actuation": IdealAc
 """Descriptions of sensors and motors without faults, as recorded."""
 
 COLOURS = {Status.COMPLETED: "green", Status.DIVERGED: "red", Status.INTERRUPTED: "yellow"}
+
+
+def warn(warnings: Iterable[str]) -> None:
+    """Print warnings on the error stream, a line each."""
+    for warning in warnings:
+        complain(warning, "warning")
 
 
 def run_table(run: Run, recording: Path | None, motion: str = "") -> None:

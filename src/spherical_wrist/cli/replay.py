@@ -40,6 +40,7 @@ def command(
 
     Exit code: 0 bit-identical, 1 different, 2 it cannot be replayed, 130 or 143 stopped by a signal.
     """
+    from spherical_wrist.cli.output import warn
     from spherical_wrist.cli.signals import noted
     from spherical_wrist.inspection.replay import replay
 
@@ -54,6 +55,7 @@ def command(
         print_json({"recording": str(recording), **_summary(found)})
     else:
         _print(found, recording)
+    warn(found.recorded.warnings)
     return 0 if found.identical else 1
 
 
@@ -73,6 +75,7 @@ def _summary(found: Replay) -> dict[str, Any]:
         "identical": found.identical,
         "rows": list(found.series.rows),
         "outcomes": [str(found.recorded.outcome), str(found.again.outcome)],
+        "warnings": list(found.recorded.warnings),
         "first_difference": None if first is None else {"time_s": first.time, "row": first.row_a},
         "arrays": {each.name: _array_summary(each) for each in found.series.arrays if not each.same},
         "metrics": {

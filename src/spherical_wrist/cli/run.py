@@ -50,7 +50,7 @@ def command(
     Raises:
         ParameterError: options contradict each other, or a value is not valid.
     """
-    from spherical_wrist.cli.output import run_table
+    from spherical_wrist.cli.output import run_table, warn
     from spherical_wrist.cli.signals import heard, noted
     from spherical_wrist.cli.tables import print_json
     from spherical_wrist.errors import ParameterError
@@ -99,6 +99,7 @@ def command(
         print_json({**_summary(run, recording), **({"motion": motion} if motion else {})})
     else:
         run_table(run, recording, motion)
+    warn(run.warnings)
     if received:
         return 128 + received[0]
     return 0 if run.outcome.status is Status.COMPLETED else 1
@@ -113,6 +114,7 @@ def _summary(run: Run, recording: Path | None) -> dict[str, Any]:
     return {
         "outcome": str(outcome.status),
         **({} if outcome.status is Status.COMPLETED else early),
+        "warnings": list(run.warnings),
         "law": experiment.law.name,
         "reference": experiment.reference.name,
         "duration_s": experiment.duration,

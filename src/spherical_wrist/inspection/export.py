@@ -41,6 +41,7 @@ def about(run: Run) -> dict[str, str]:
     properties: Mapping[str, Any] = {
         "experiment": run.description,
         "outcome": {"status": str(outcome.status), "time_s": outcome.time, "reason": outcome.reason},
+        "warnings": list(run.warnings),
         "metrics": dict(run.metrics),
         "measurement": run.measurement._asdict(),
         "versions": run.versions,

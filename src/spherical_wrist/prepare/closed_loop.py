@@ -71,7 +71,7 @@ class ClosedLoop:
         sample: number of control instants simulated so far.
         outcome: outcome of the run; None while it runs.
         warnings: sentences about what makes the run doubtful, of the model to begin with. Whoever prepares the run or
-            sees it end may append more.
+            sees it end may append more; see :mod:`spherical_wrist.measure.warnings`.
 
     Raises:
         LawError: the law raises, writes no torque, or cannot be compiled.

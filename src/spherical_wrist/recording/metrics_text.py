@@ -10,7 +10,7 @@ _SPELLED = {"rms": "RMS", "Nm": "N·m", "com": "CoM"}
 
 
 def metrics_text(properties: Mapping[str, Mapping[str, JSON]], rows: int, every: int) -> str:
-    """Return outcome and metrics as Markdown tables.
+    """Return outcome, warnings and metrics as Markdown.
 
     Args:
         properties: of the recording; its metrics are those that the run has.
@@ -23,6 +23,9 @@ def metrics_text(properties: Mapping[str, Mapping[str, JSON]], rows: int, every:
         time = outcome.get("time_s")
         at = f" at {time:.6g} s" if isinstance(time, int | float) else ""
         lines = [f"**{markdown(str(outcome['status']))}**{at}", markdown(str(outcome.get("reason") or ""))]
+    warnings = outcome.get("warnings")
+    if isinstance(warnings, Sequence) and not isinstance(warnings, str):
+        lines += [f"**warning:** {markdown(str(warning))}" for warning in warnings]
     figures = properties.get("metrics", {})
     metrics = [(each.label, _metric(each, figures[name])) for name, each in METRICS.items() if name in figures]
     which = "every control instant" if every == 1 else f"every {every}th control instant"

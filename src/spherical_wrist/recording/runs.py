@@ -65,6 +65,7 @@ def load_recording(path: Path | str, *, trust: bool = False) -> Run:
             metrics=Metrics.recorded(properties["metrics"], settings, recording.format),
             measurement=settings,
             versions=properties["versions"],
+            warnings=_warnings(properties["outcome"]),
             every=recording.every,
             wall_time=properties["run"]["wall_time_s"],
             embedded_files=embedded_files,
@@ -103,6 +104,7 @@ def properties_of(run: Run) -> dict[str, dict[str, Any]]:
             "status": str(run.outcome.status),
             "time_s": run.outcome.time,
             "reason": text_without_folders(run.outcome.reason),
+            "warnings": list(map(text_without_folders, run.warnings)),
         },
         "metrics": run.metrics.available,
         "measurement": run.measurement._asdict(),
@@ -117,6 +119,14 @@ def properties_of(run: Run) -> dict[str, dict[str, Any]]:
 
 def _outcome(table: Mapping[str, Any]) -> Outcome:
     return Outcome(Status(table["status"]), table["time_s"], text_without_folders(table["reason"]))
+
+
+def _warnings(table: Mapping[str, Any]) -> tuple[str, ...]:
+    """Return the warnings of a recording; those of older versions have none."""
+    found = table.get("warnings", [])
+    if not isinstance(found, list) or not all(isinstance(each, str) for each in found):
+        raise ValueError("outcome.warnings is no list of texts")
+    return tuple(found)
 
 
 def _measurement(table: Mapping[str, Any]) -> MetricSettings:

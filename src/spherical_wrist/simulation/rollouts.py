@@ -13,6 +13,7 @@ from spherical_wrist.loop.outcome import Outcome, Status, StoppedError
 from spherical_wrist.loop.rollout import Rollout, compiled_run_all, run_chunk
 from spherical_wrist.measure.logged import Logged
 from spherical_wrist.measure.metrics import Metrics, MetricSettings
+from spherical_wrist.measure.warnings import warnings_of, without_repeats
 from spherical_wrist.prepare.cache import RunCache
 from spherical_wrist.prepare.closed_loop import CHUNK, MAX_STEPS, ClosedLoop, prepare
 from spherical_wrist.simulation.metric_accumulator import MetricAccumulator
@@ -26,12 +27,14 @@ class RolloutResult(NamedTuple):
         metrics: metrics of the run.
         measurement: settings of the metrics.
         wall_time: wall time of the simulation, without preparation and compilation [s].
+        warnings: sentences about what makes the figures doubtful; see :mod:`spherical_wrist.measure.warnings`.
     """
 
     outcome: Outcome
     metrics: Metrics
     measurement: MetricSettings
     wall_time: float
+    warnings: tuple[str, ...]
 
 
 def _discard(loop: ClosedLoop, logged: Logged) -> None:
@@ -143,7 +146,9 @@ class _Run:
         samples = 0 if self.loop is None else self.loop.sample
         interrupted = Outcome(Status.INTERRUPTED, samples * self._period, "stopped on request")
         outcome = None if self.loop is None else self.loop.outcome
-        return RolloutResult(outcome or interrupted, self._metrics.result(), self._measurement, self._wall_time)
+        metrics, prepared = self._metrics.result(), () if self.loop is None else self.loop.warnings
+        warnings = without_repeats((*prepared, *warnings_of(metrics)))
+        return RolloutResult(outcome or interrupted, metrics, self._measurement, self._wall_time, warnings)
 
 
 def _rollouts(runs: Sequence[_Run], chunk: int) -> dict[_Run, Rollout]:

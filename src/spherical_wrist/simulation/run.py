@@ -37,6 +37,8 @@ class Run(Series):
         metrics: figures of merit, always from the full series.
         measurement: settings of the metrics.
         versions: versions of the packages and the platform.
+        warnings: sentences about what makes the figures doubtful, none where everything is right; see
+            :mod:`spherical_wrist.measure.warnings`.
         every: the series have every ``every``-th control instant only; 1 for all.
         wall_time: time that simulating took, without compiling [s].
         embedded_files: files that the experiment depends on, as they were.
@@ -48,6 +50,7 @@ class Run(Series):
     metrics: Metrics
     measurement: MetricSettings
     versions: Mapping[str, str]
+    warnings: tuple[str, ...] = ()
     every: int = 1
     wall_time: float = 0.0
     embedded_files: EmbeddedFiles = field(default=EmbeddedFiles(), repr=False)

@@ -94,6 +94,7 @@ def simulate(
         metrics=result.metrics,
         measurement=result.measurement,
         versions=circumstances(),
+        warnings=result.warnings,
         embedded_files=embedded_files,
         every=record_every,
         wall_time=result.wall_time,

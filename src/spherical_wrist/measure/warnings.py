@@ -1,0 +1,110 @@
+"""Warnings of runs: the table of what makes the figures of a run doubtful, and how it is said.
+
+A run that is right says nothing. A warning is one plain sentence with the figure, what it means, and the setting that
+helps. :attr:`.Run.warnings` has those of one run, from three sources:
+
+- the prepared experiment: :attr:`.Wrist.warnings` of the model, :meth:`.Reference.warnings` of the motion, and
+  whatever else is appended to :attr:`.ClosedLoop.warnings`, before the run or while it goes on;
+- the finished run: :data:`CHECKS`, over its metrics.
+
+To contribute a check of a run, add an entry to :data:`CHECKS`, over a metric of
+:data:`spherical_wrist.measure.metrics.METRICS`. Everything else follows: the line on the error stream, ``--json``, the
+recording and its views, comparisons and campaigns, which count the runs, and ``wrist list``.
+"""
+
+from collections.abc import Iterable, Mapping
+from typing import NamedTuple
+
+from spherical_wrist.measure.metrics import METRICS
+
+
+class Check(NamedTuple):
+    """Check of a finished run: a metric that must not exceed a limit.
+
+    Attributes:
+        name: identifier.
+        metric: name of the metric.
+        limit: largest value that is not worth a word.
+        event: statement of what happened; begins the sentence.
+        size: how much; ``{value}`` stands for the value and its unit.
+        advice: meaning for the figures, and setting that helps.
+    """
+
+    name: str
+    metric: str
+    limit: float
+    event: str
+    size: str
+    advice: str
+
+    @property
+    def meaning(self) -> str:
+        """Statement of what happened and what it means, without figures."""
+        return f"{self.event}: {self.advice}"
+
+    def found(self, metrics: Mapping[str, float | None]) -> bool:
+        """Return True if the metric exceeds the limit."""
+        value = metrics.get(self.metric)
+        return value is not None and value > self.limit
+
+    def sentence(self, metrics: Mapping[str, float | None]) -> str:
+        """Return the warning of one run."""
+        return f"{self.event} {self._size(metrics)}: {self.advice}"
+
+    def summary(self, runs: Mapping[str, Mapping[str, float | None]]) -> str:
+        """Return the warning of several runs together: the number of those affected, and the worst of them.
+
+        Args:
+            runs: metrics of all the runs, by words for each; at least one is found.
+        """
+        found = [name for name, metrics in runs.items() if self.found(metrics)]
+        worst = max(found, key=lambda name: runs[name][self.metric] or 0.0)
+        which = f"{len(found)} of {len(runs)} runs, most in {worst} {self._size(runs[worst])}"
+        return f"{self.event} in {which}: {self.advice}"
+
+    def _size(self, metrics: Mapping[str, float | None]) -> str:
+        metric = METRICS[self.metric]
+        shown = metric.shown_value(metrics[self.metric])
+        return self.size.format(value=f"{shown:.3g} {metric.shown_unit}".strip())
+
+
+CHECKS: dict[str, Check] = {
+    check.name: check
+    for check in (
+        Check(
+            "saturated", "saturated_fraction", 0.0,
+            "the torque saturated", "at {value} of the control instants",
+            "the figures are those of the motors' limits as much as of the law; give stronger motors, a gentler "
+            "reference or a smaller disturbance.level",
+        ),
+        Check(
+            "large_error", "max_error_rad", 0.5,
+            "the attitude error passed half a radian", "(largest {value})",
+            "the wrist does not follow the reference; give other gains, a gentler reference or a smaller "
+            "disturbance.level",
+        ),
+    )
+}  # fmt: skip
+"""All checks by name, in the order in which they are said.
+
+:meta hide-value:
+"""
+
+
+def warnings_of(metrics: Mapping[str, float | None]) -> tuple[str, ...]:
+    """Return the warnings of one finished run."""
+    return tuple(check.sentence(metrics) for check in CHECKS.values() if check.found(metrics))
+
+
+def summarized(runs: Mapping[str, Mapping[str, float | None]]) -> tuple[str, ...]:
+    """Return the warnings of several finished runs together, one for each check.
+
+    Args:
+        runs: metrics of all the runs, by words for each.
+    """
+    return tuple(check.summary(runs) for check in CHECKS.values() if any(map(check.found, runs.values())))
+
+
+def without_repeats(warnings: Iterable[str]) -> tuple[str, ...]:
+    """Return every warning once, in order."""
+    return tuple(dict.fromkeys(warnings))

@@ -1,0 +1,127 @@
+"""Warnings of runs: the table of checks, the sources, and the places where they are shown."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from rigs import mjcf
+from spherical_wrist import Experiment, load_recording, record, simulate
+from spherical_wrist.measure.metrics import METRICS
+from spherical_wrist.measure.warnings import CHECKS, summarized, warnings_of
+from spherical_wrist.prepare.plant import plant_of
+from spherical_wrist.recording import write_recording
+from spherical_wrist.recording.metrics_text import metrics_text
+from spherical_wrist.recording.runs import properties_of
+
+
+@pytest.mark.parametrize("name", CHECKS)
+def test_a_check_speaks_beyond_its_limit_only(name):
+    check = CHECKS[name]
+    metric = METRICS[check.metric]
+    quiet = dict.fromkeys(METRICS)
+    assert not warnings_of(quiet)
+    assert not warnings_of(quiet | {check.metric: check.limit})
+    [said] = warnings_of(quiet | {check.metric: check.limit + 0.25})
+    assert f"{metric.shown_value(check.limit + 0.25):.3g} {metric.shown_unit}".strip() in said
+    assert said.startswith(check.event)
+    assert said.endswith(check.advice)
+    assert "\n" not in said
+    assert not said.endswith(".")
+
+
+@pytest.mark.parametrize("name", CHECKS)
+def test_several_runs_are_counted_with_the_worst(name):
+    check = CHECKS[name]
+    runs = {str(k): dict.fromkeys(METRICS) | {check.metric: check.limit + 0.1 * (k - 3)} for k in range(6)}
+    [said] = summarized(runs)
+    assert f"{check.event} in 2 of 6 runs, most in 5 " in said
+    assert not summarized({"0": runs["0"]})
+
+
+def test_runs_that_are_right_are_silent(wrist):
+    for arguments in ([], ["--hardware", "realistic"], ["--reference", "beating_heart"]):
+        code, _, err = wrist("run", "--no-recording", "--duration", "3", *arguments)
+        assert (code, err) == (0, "")
+
+
+MUTTERING = '''
+from spherical_wrist.reference import Lissajous
+
+class Muttering(Lissajous):
+    """A motion that says something about itself."""
+
+    def warnings(self, duration):
+        yield f"this motion is doubtful for {duration:g} s"
+'''
+
+
+def test_model_and_motion_and_run_contribute(tmp_path):
+    (tmp_path / "m.py").write_text(MUTTERING)
+    (tmp_path / "w.xml").write_text(mjcf(joint='frictionloss="1e-4"'))
+    experiment = Experiment(
+        duration=1.0, law="pd", model=tmp_path / "w.xml", reference=f"{tmp_path / 'm.py'}:Muttering",
+        disturbance={"name": "constant", "amplitude": 5.0},
+    )  # fmt: skip
+    model, motion, *run = simulate(experiment).warnings
+    assert "frictionloss" in model
+    assert motion == "this motion is doubtful for 1 s"
+    assert run
+
+
+@pytest.fixture
+def doubtful(wrist):
+    options = ("--duration", "3", "--law", "pd", "--disturbance", "2", "--json")
+    code, out, err = wrist("run", *options)
+    return code, json.loads(out), err
+
+
+def test_warnings_are_on_the_error_stream_in_json_and_in_the_recording(wrist, doubtful):
+    code, told, err = doubtful
+    assert code == 0
+    assert told["warnings"]
+    lines = "".join(f"wrist: warning: {warning}\n" for warning in told["warnings"])
+    assert err == lines
+    run = load_recording("wrist.rrd")
+    assert list(run.warnings) == told["warnings"]
+    for command in (["inspect"], ["replay"]):
+        code, _, err = wrist(*command, "wrist.rrd")
+        assert (code, err) == (0, lines)
+        assert json.loads(wrist(*command, "wrist.rrd", "--json")[1])["warnings"] == told["warnings"]
+    for warning in told["warnings"]:
+        assert f"**warning:** {warning[:20]}" in metrics_text(properties_of(run), len(run), 1)
+
+
+def test_warnings_of_others_are_text(wrist, tmp_path):
+    run = simulate(Experiment(duration=0.05, law="pd"))
+    object.__setattr__(run, "warnings", ("\x1b[2J[red]x[/red] <b> $y$ **z**\n# head",))
+    record(run, tmp_path / "foreign.rrd")
+    _, _, err = wrist("inspect", tmp_path / "foreign.rrd", "--plot", "a.png")
+    assert err == "wrist: warning: ␛[2J[red]x[/red] <b> $y$ **z** # head\n"
+    text = metrics_text(properties_of(run), len(run), 1)
+    assert r"\[red\]x\[/red\] \<b\> $y$ \*\*z\*\* # head" in text
+    assert Path("a.png").stat().st_size
+
+
+@pytest.mark.parametrize("value", ["text", 3, [3], {"a": "b"}])
+def test_warnings_of_another_kind_are_refused(wrist, tmp_path, value):
+    run = simulate(Experiment(duration=0.05, law="pd"))
+    properties = properties_of(run)
+    properties["outcome"]["warnings"] = value
+    write_recording(tmp_path / "foreign.rrd", run, plant_of(run.experiment), properties)
+    code, _, err = wrist("inspect", tmp_path / "foreign.rrd")
+    assert code == 2
+    assert err.count("\n") == 1
+    assert "warnings" in err
+
+
+def test_recordings_of_older_versions_have_no_warnings():
+    for path in (Path(__file__).parent / "recordings").rglob("*.rrd"):
+        assert load_recording(path).warnings == ()
+
+
+def test_the_list_has_every_check(wrist):
+    told = json.loads(wrist("list", "--json")[1])["warnings"]
+    assert set(told) == set(CHECKS)
+    out = wrist("list")[1]
+    assert all(check.metric in out for check in CHECKS.values())
