@@ -188,3 +188,19 @@ def test_a_run_that_is_stopped_says_what_acted_until_then(tmp_path):
         keep=lambda loop, logged: loops.append(loop), chunk=500,
     )  # fmt: skip
     assert "acted on the plant for about 0.5 s, 100 % of the run" in loops[0].warnings[0]
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (ROWS["weld"], "weld constraint of body 'rotor' acted on the plant for"),
+        (ROWS["range"], "the reference leaves the range of joint 'w', 0.5 rad, by up to"),
+        (mjcf(HINGE), "joint bend is held at the initial position: only ball joint 'w' moves"),
+    ],
+    ids=["weld", "range", "flexible shaft"],
+)
+def test_wrist_run_says_it_in_a_line(text, said, tmp_path, wrist):
+    (tmp_path / "wrist.xml").write_text(text)
+    code, _, err = wrist("run", "--no-recording", "--duration", "0.5", "--model", str(tmp_path / "wrist.xml"))
+    assert code == 0
+    assert f"wrist: warning: {said}" in err
