@@ -8,6 +8,8 @@ listens at all.
 
 import gc
 import logging
+import os
+import signal
 import sys
 import tempfile
 from collections.abc import Callable, Iterable, Iterator
@@ -34,7 +36,7 @@ from distributed.comm import CommClosedError
 from distributed.security import Security
 
 from spherical_wrist.campaign.errors import CampaignError
-from spherical_wrist.errors import ParameterError, one_line
+from spherical_wrist.errors import Interruption, ParameterError, one_line
 from spherical_wrist.loop.outcome import StoppedError
 from spherical_wrist.simulation.runner import cores
 
@@ -224,9 +226,21 @@ def _local(workers: int, threads: int) -> Iterator[SpecCluster]:
             )
         try:
             yield cluster
+        except (KeyboardInterrupt, Interruption):
+            _kill_workers(cluster)
+            raise
         finally:
             with suppress(TimeoutError):
                 cluster.close(timeout=CLOSING)
+
+
+def _kill_workers(cluster: SpecCluster) -> None:
+    """End the worker processes of a cluster of this machine at once: a command that is stopped does not wait."""
+    for nanny in cluster.workers.values():
+        process = getattr(nanny, "process", None)  # which threads of this process do not have
+        if process is not None and process.pid is not None:
+            with suppress(ProcessLookupError):
+                os.kill(process.pid, signal.SIGKILL)
 
 
 @contextmanager
