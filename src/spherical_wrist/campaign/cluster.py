@@ -8,8 +8,7 @@ listens at all.
 
 import gc
 import logging
-import os
-import signal
+import multiprocessing
 import sys
 import tempfile
 from collections.abc import Callable, Iterable, Iterator
@@ -217,30 +216,25 @@ def _local(workers: int, threads: int) -> Iterator[SpecCluster]:
             "distributed.admin.low-level-log-length": 10,
             "distributed.diagnostics.computations.max-history": 1,
         }
-        with dask.config.set(settings):
-            cluster = SpecCluster(
-                scheduler={"cls": _Scheduler, "options": {**every, "dashboard": False}},
-                workers=dict.fromkeys(range(workers or 1), worker),
-                security=security,
-                silence_logs=logging.CRITICAL,
-            )
+        before = set(multiprocessing.active_children())
+        cluster = None
         try:
+            with dask.config.set(settings):
+                cluster = SpecCluster(
+                    scheduler={"cls": _Scheduler, "options": {**every, "dashboard": False}},
+                    workers=dict.fromkeys(range(workers or 1), worker),
+                    security=security,
+                    silence_logs=logging.CRITICAL,
+                )
             yield cluster
         except (KeyboardInterrupt, Interruption):
-            _kill_workers(cluster)
+            for child in set(multiprocessing.active_children()) - before:  # a command that is stopped does not wait
+                child.kill()
             raise
         finally:
-            with suppress(TimeoutError):
-                cluster.close(timeout=CLOSING)
-
-
-def _kill_workers(cluster: SpecCluster) -> None:
-    """End the worker processes of a cluster of this machine at once: a command that is stopped does not wait."""
-    for nanny in cluster.workers.values():
-        process = getattr(nanny, "process", None)  # which threads of this process do not have
-        if process is not None and process.pid is not None:
-            with suppress(ProcessLookupError):
-                os.kill(process.pid, signal.SIGKILL)
+            if cluster is not None:
+                with suppress(TimeoutError):
+                    cluster.close(timeout=CLOSING)
 
 
 @contextmanager
