@@ -282,7 +282,7 @@ def test_one_number_stands_for_three_axes_and_arrays_are_taken(law):
 SECOND, TORQUE, RADIAN = 7.0, 3.0, 1.9
 """Sizes of a second, a newton metre and a radian in other, made-up units."""
 
-TRUE_ANGLES = {"geometric_tracking", "slotine_li", "lqg", "linear_mpc"}
+TRUE_ANGLES = {"geometric_tracking", "slotine_li", "lqg", "linear_mpc", "fuzzy_observer_sliding"}
 """Laws in which only the radian will do: the sine of an angle, e × ė, and ω × H ω, a torque but for a radian."""
 
 

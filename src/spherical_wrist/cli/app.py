@@ -19,6 +19,7 @@ COMMANDS = {
     "compare": "Compare laws on a suite of cases, and rank them.",
     "frontier": "Find how far from the nominal wrist each law keeps the tool tip within a bound.",
     "margins": "Compute stability margins, and the largest tip error by any bounded torque, from the linearised loop.",
+    "ablate": "Show what each part of a law is worth: its figures without it.",
     "tune": "Tune the gains of a law: small errors against little chattering, over a family of perturbed wrists.",
     "sweep": "Run a campaign: one experiment under many conditions, laws × samples, from a campaign file.",
     "report": "Report on a campaign: one HTML page that needs nothing else, no network and no script.",

@@ -7,6 +7,7 @@ from spherical_wrist.control.computed_torque_integral import ComputedTorqueInteg
 from spherical_wrist.control.computed_torque_observer import ComputedTorqueObserver
 from spherical_wrist.control.contract import Command, Law, LawState, ModelBasedLaw, Signal, choice
 from spherical_wrist.control.fuzzy_integral_sliding import FuzzyIntegralSliding
+from spherical_wrist.control.fuzzy_observer_sliding import FuzzyObserverSliding
 from spherical_wrist.control.fuzzy_sliding_computed_torque import FuzzySlidingComputedTorque
 from spherical_wrist.control.geometric_tracking import GeometricTracking
 from spherical_wrist.control.indi import INDI
@@ -35,6 +36,7 @@ __all__ = [
     "ComputedTorqueIntegral",
     "ComputedTorqueObserver",
     "FuzzyIntegralSliding",
+    "FuzzyObserverSliding",
     "FuzzySlidingComputedTorque",
     "GeometricTracking",
     "L1Adaptive",

@@ -155,6 +155,7 @@ class Law(Member):
         logs: channels that the law writes besides the torque, its surface and its slope.
         status: origin of the law.
         tracks_to: errors that the law keeps below, which the tests of the package check; None of a user's law.
+        ablations: parts of the law, each with the parameters that switch it off; see ``wrist ablate``.
     """
 
     kind: ClassVar[str] = "law"
@@ -166,6 +167,7 @@ class Law(Member):
     logs: ClassVar[tuple[str, ...]] = ()
     status: ClassVar[LawStatus] = "user"
     tracks_to: ClassVar[Bound | None] = None
+    ablations: ClassVar[Mapping[str, Mapping[str, Any]]] = {}
 
     @classmethod
     def __pydantic_init_subclass__(cls, **_: Any) -> None:

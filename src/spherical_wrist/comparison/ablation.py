@@ -1,0 +1,145 @@
+"""Ablation of a law: its figures with each of its parts switched off in turn.
+
+A law declares its parts as ``ablations``: for each, the parameters that switch it off.
+"""
+
+from collections.abc import Callable, Mapping
+from itertools import product
+from math import inf
+from typing import Any, NamedTuple
+
+from spherical_wrist.comparison.law_selection import BASELINE
+from spherical_wrist.control import Law
+from spherical_wrist.errors import ParameterError
+from spherical_wrist.experiment.description import Experiment, with_changes
+from spherical_wrist.experiment.presets import hardware
+from spherical_wrist.loop.outcome import Status
+from spherical_wrist.measure.metrics import Metrics
+from spherical_wrist.simulation.runner import Progress, Runner, Worker, ignore_progress
+
+WHOLE = "whole law"
+CALM = 2.0
+"""Chattering, over that of plain computed torque, beyond which a loop with an unknown delay is no longer stable."""
+STEP, MOST = 0.25e-3, 4e-3
+"""Unknown delays that are tried [s]: multiples of the step, up to the largest."""
+
+
+class Figure(NamedTuple):
+    """Figure of merit of an ablation; less is better unless ``more`` is set.
+
+    Attributes:
+        name: key in JSON.
+        label: heading.
+        unit: its unit.
+        compute: function of a law and a worker; None if a run was lost.
+        more: more is better.
+    """
+
+    name: str
+    label: str
+    unit: str
+    compute: Callable[[Law, Worker], float | None]
+    more: bool = False
+
+
+def _metrics(law: Law, worker: Worker, changes: Mapping[str, Any]) -> Metrics | None:
+    """Return the metrics of the default experiment with changes by dotted name; None if the run was lost."""
+    result = worker.measure(Experiment(**with_changes({}, {**changes, "law": law})))
+    return result.metrics if result.outcome.status is Status.COMPLETED else None
+
+
+def _figure(metrics: Metrics | None, name: str, factor: float = 1.0) -> float | None:
+    value = None if metrics is None else metrics[name]
+    return None if value is None else factor * value
+
+
+def _realistic(law: Law, worker: Worker) -> float | None:
+    return _figure(_metrics(law, worker, hardware("realistic")), "rms_tip_error_mm", 1e3)
+
+
+def _chattering(law: Law, worker: Worker) -> float | None:
+    own, plain = (
+        _figure(_metrics(each, worker, hardware("realistic")), "chattering_Nm_per_s") for each in (law, BASELINE)
+    )
+    return None if own is None or plain is None else own / plain
+
+
+def _slow(law: Law, worker: Worker) -> float | None:
+    cases = product(("constant", "sinusoid"), (0.75, 1.0, 1.25))
+    found = [
+        _figure(_metrics(law, worker, {"disturbance.name": shape, "mass_scale": mass}), "rms_error_rad")
+        for shape, mass in cases
+    ]
+    errors = [error for error in found if error is not None]
+    return max(errors) if len(errors) == len(found) else None
+
+
+def _peak(shape: str) -> Callable[[Law, Worker], float | None]:
+    def compute(law: Law, worker: Worker) -> float | None:
+        return _figure(_metrics(law, worker, {"disturbance.name": shape}), "max_tip_error_mm", 1e3)
+
+    return compute
+
+
+def _delay(mass: float) -> Callable[[Law, Worker], float | None]:
+    def chattering(law: Law, worker: Worker, delay: float) -> float:
+        late = {"mass_scale": mass, "sensing.delay": delay, "sensing.timestamped": False, "duration": 5.0}
+        found = _figure(_metrics(law, worker, late), "chattering_Nm_per_s")
+        return inf if found is None else found
+
+    def compute(law: Law, worker: Worker) -> float | None:
+        most, limit = None, CALM * chattering(BASELINE, worker, 0.0)
+        for step in range(round(MOST / STEP) + 1):
+            if chattering(law, worker, step * STEP) > limit:
+                break
+            most = 1e3 * step * STEP
+        return most
+
+    return compute
+
+
+FIGURES = (
+    Figure("realistic_tip_um", "tip,\nrealistic", "µm", _realistic),
+    Figure("realistic_chattering", "chattering,\nrealistic", "×", _chattering),
+    Figure("slow_error_rad", "slow\ntorques", "rad", _slow),
+    Figure("worst_tip_um", "tip, worst\ntorque", "µm", _peak("worst")),
+    Figure("square_tip_um", "tip, square\nof 5 Hz", "µm", _peak("square")),
+    Figure("light_delay_ms", "unknown delay,\nmass × 0.5", "ms", _delay(0.5), more=True),
+    Figure("right_delay_ms", "unknown delay,\nmass × 1", "ms", _delay(1.0), more=True),
+)
+"""Figures of an ablation.
+
+RMS tip error on realistic hardware; chattering there, over that of plain computed torque; the largest RMS attitude
+error under constant and 1 Hz torques of 25 % at 0.75 to 1.25 of the mass; the largest tip error under the worst torque
+within 25 %, built for each law, and under a square wave; the largest delay of the samples that nobody knows of with
+which the loop stays calm.
+"""
+
+
+def ablation(law: Law, *, jobs: int | None = None, progress: Progress = ignore_progress) -> dict[str, dict[str, Any]]:
+    """Compute every figure of a law, whole and without each of its parts.
+
+    Args:
+        law: a law that declares its parts.
+        jobs: number of threads; None for the number of cores.
+        progress: called with the number of finished figures and their total.
+
+    Returns:
+        The figures by name, for ``WHOLE`` and for each part; None where a run was lost.
+
+    Raises:
+        ParameterError: the law declares no parts.
+    """
+    if not law.ablations:
+        known = [name for name, member in Law.members.items() if issubclass(member, Law) and member.ablations]
+        raise ParameterError(
+            f"law {law.name!r} declares no parts to switch off (valid: {', '.join(known)}); a law of your own declares "
+            "them as ablations = {part: {parameter: value}}"
+        )
+    variants = {WHOLE: law, **{part: law.replaced(**changes) for part, changes in law.ablations.items()}}
+    work = [(name, figure) for name in variants for figure in FIGURES]
+    found = Runner(jobs).map(lambda item, worker: item[1].compute(variants[item[0]], worker), work, progress)
+    table: dict[str, dict[str, Any]] = {name: {} for name in variants}
+    for (name, figure), value in zip(work, found, strict=True):
+        table[name][figure.name] = value
+    return table

@@ -1,0 +1,255 @@
+"""Our law: its filters against closed forms, what it learns of the input, what each part is worth, what it promises."""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from sampling import long, some
+from spherical_wrist import Experiment, simulate
+from spherical_wrist.comparison.ablation import FIGURES, WHOLE, ablation
+from spherical_wrist.control import FuzzyObserverSliding, Law
+from spherical_wrist.control.contract import SIGNAL
+from spherical_wrist.control.fused_state import FusedState, fuse
+from spherical_wrist.control.input_identification import Identified, drive, identify
+from spherical_wrist.control.surface_observer import gains
+from spherical_wrist.errors import ParameterError
+from spherical_wrist.experiment.presets import HARDWARE
+from spherical_wrist.loop.outcome import Status
+
+T = 1e-3
+OURS = "fuzzy_observer_sliding"
+
+
+def record(state):
+    """A state of a law by name, before the first step."""
+
+    class Remembering(Law):
+        State = state
+
+    return Remembering().packed_state().view(Remembering.state_layout()).view(np.recarray)[0]
+
+
+# --- the observer
+
+
+def transition(decay):
+    """A period of the observer without input, in Ŝ, T δ̂ and T² ĝ."""
+    return np.array([[1.0, 1.0, 0.5], [0.0, 1.0, 1.0], [0.0, 0.0, np.exp(-decay * T)]])
+
+
+@pytest.mark.parametrize(
+    ("real", "pair", "damping", "decay"), [(300, 500, 0.4, 1200), (900, 100, 1.0, 1), (50, 60, 0.7, 20)]
+)
+def test_the_gains_place_the_poles(real, pair, damping, decay):
+    correction = np.array(gains(real, pair, damping, decay, T))[:, None]
+    A = transition(decay)
+    found = np.linalg.eigvals((np.eye(3) - correction @ [[1.0, 0.0, 0.0]]) @ A)
+    other = np.exp(T * pair * (-damping + 1j * np.sqrt(1.0 - damping**2)))
+    np.testing.assert_allclose(np.poly(found), np.poly([np.exp(-real * T), other, other.conjugate()]).real, atol=1e-12)
+
+
+def test_without_decay_and_with_a_triple_pole_it_is_the_g_h_k_filter():
+    """Of Brookner (1998): 1 − p³, 3/2 (1 − p²)(1 − p), (1 − p)³."""
+    p = np.exp(-310.0 * T)
+    expected = (1.0 - p**3, 1.5 * (1.0 - p**2) * (1.0 - p), (1.0 - p) ** 3)
+    np.testing.assert_allclose(gains(310.0, 310.0, 1.0, 1e-9, T), expected, rtol=1e-6)
+
+
+# --- the fusion
+
+
+def test_a_turning_error_and_a_biased_gyroscope_are_found():
+    """Of an error of half a radian that turns about a changing axis: e, and the bias by its two poles.
+
+    The poles leave 2 e⁻³ᵗ − e⁻⁶ᵗ of the bias' error where nothing turns.
+    """
+    state, signal = record(FusedState), np.zeros(1, SIGNAL).view(np.recarray)[0]
+    signal.period = T
+    bias = np.array([0.02, -0.01, 0.03])
+    off, left = Rotation.from_rotvec([0.3, -0.3, 0.2]), {}
+    for k in range(3001):
+        rate = 0.8 * np.array([np.cos(2.0 * k * T), np.sin(3.0 * k * T), np.cos(3.0 * k * T + 1.0)])
+        signal.error[:] = off.as_rotvec()
+        signal.rate_error[:] = rate - bias
+        signal.rate[:] = bias - rate  # the desired attitude is at rest
+        fuse(signal, state, 1 if k else 0, 6.0, 3.0)
+        left[k] = np.abs(np.array(state.bias) - bias).max()
+        middle = 0.8 * np.array(
+            [np.cos(2.0 * (k + 0.5) * T), np.sin(3.0 * (k + 0.5) * T), np.cos(3.0 * (k + 0.5) * T + 1.0)]
+        )
+        off = Rotation.from_rotvec(T * middle) * off  # body frame: d/dt (q⁻¹ q_d) = ½ ė (q⁻¹ q_d)
+    assert left[1000] == pytest.approx(0.03 * (2.0 * np.exp(-3.0) - np.exp(-6.0)), rel=0.3)
+    assert left[3000] < 5e-4
+    np.testing.assert_allclose(state.error, signal.error, atol=2e-4)
+    np.testing.assert_allclose(state.rate_error, signal.rate_error + bias, atol=1e-3)
+
+
+def test_noise_of_the_attitude_is_averaged():
+    """By the square root of the filter's noise gain Σ h²: here that of its own answer to a single wrong sample."""
+    state, signal = record(FusedState), np.zeros(1, SIGNAL).view(np.recarray)[0]
+    signal.period = T
+    random, errors = np.random.default_rng(3), []
+    for k in range(6000):
+        signal.error[:] = 3e-4 * random.normal(size=3)
+        fuse(signal, state, 1 if k else 0, 6.0, 3.0)
+        errors.append(np.array(state.error))
+    p, q = np.exp(-6.0 * T), np.exp(-3.0 * T)
+    share, drift = 1.0 - p * q, (1.0 - p) * (1.0 - q)
+    x, answer = np.array([share, drift]), []
+    for _ in range(6000):
+        answer.append(x[0])
+        x = np.array([[1.0 - share, 1.0 - share], [-drift, 1.0 - drift]]) @ x
+    expected = 3e-4 * np.sqrt(np.sum(np.square(answer)))
+    assert np.std(errors[2000:]) == pytest.approx(expected, rel=0.25)
+    assert expected < 0.1 * 3e-4
+
+
+# --- the identification
+
+
+@pytest.mark.parametrize(("gain", "delay"), [(1.0, 0.0), (2.0, 0.0), (1.0, 0.6), (1.8, 0.8)])
+def test_gain_and_delay_of_an_integrator_are_learnt(gain, delay):
+    """An exact plant Ṡ = −γ w, w a period later in part, under random commands, of which nothing is known."""
+    state = record(Identified)
+    correction = gains(300.0, 300.0, 1.0, 300.0, T)
+    L, A = np.array(correction) / [1.0, T, T**2], transition(300.0)
+    scale = np.array([1.0, T, T**2])
+    random, surface, estimate = np.random.default_rng(5), 0.0, np.zeros(3)
+    older = w = 0.0
+    for _ in range(4000):
+        oldest, older, w = older, w, 5.0 * random.normal()
+        acted = (1.0 - delay) * w + delay * older
+        surface -= T * gain * acted
+        d = state.delay[0]
+        whole = int(d)
+        newer, behind = (w, older) if whole == 0 else (older, oldest)
+        believed, before = (1.0 - d % 1) * newer + d % 1 * behind, behind
+        estimate = A @ (estimate * scale) / scale
+        estimate[0] -= T * state.gain[0] * believed
+        drive(state, 0, believed, before, np.exp(-0.3), T)
+        innovation = surface - estimate[0]
+        identify(state, 0, innovation, 1e-4, 1.0, 1e-3, 1e-3, 0.0, correction, T)
+        estimate += L * innovation
+    assert state.gain[0] == pytest.approx(gain, rel=0.05)
+    assert state.delay[0] == pytest.approx(delay, abs=0.1)
+
+
+# --- the parts
+
+
+@pytest.fixture(scope="module")
+def parts():
+    return ablation(FuzzyObserverSliding())
+
+
+@long
+@pytest.mark.parametrize("part", FuzzyObserverSliding.ablations)
+def test_each_part_pays(parts, part):
+    """Without it, some figure is worse by at least an eighth, or the law is lost."""
+    whole, without = parts[WHOLE], parts[part]
+    for figure in FIGURES:
+        here, there = whole[figure.name], without[figure.name]
+        if there is None or (there < 0.88 * here if figure.more else there > 1.125 * here):
+            return
+    pytest.fail(f"{whole}\n{without}")
+
+
+def test_rules_and_fusion_pay():
+    """Rules where the torque is the worst one, fusion where sensors are noisy: what needs the least time to see."""
+    law = FuzzyObserverSliding()
+    without = {part: law.replaced(**changes) for part, changes in law.ablations.items()}
+    worst = {"disturbance": {"name": "worst"}, "duration": 3.0}
+    flat, whole = (simulate(Experiment(law=each, **worst)).metrics for each in (without["rules"], law))
+    assert flat.max_tip_error_mm > 1.4 * whole.max_tip_error_mm
+    alone, fused = (
+        simulate(Experiment(law=each, duration=4.0, **HARDWARE["realistic"])).metrics
+        for each in (without["fusion of attitude and rate"], law)
+    )
+    assert alone.rms_tip_error_mm > 1.5 * fused.rms_tip_error_mm
+    assert alone.chattering_Nm_per_s > 3.0 * fused.chattering_Nm_per_s
+
+
+def test_a_law_without_parts_is_refused_in_one_line(wrist):
+    with pytest.raises(ParameterError, match="declares no parts"):
+        ablation(Law.resolve("pd", default="pd"))
+    code, out, err = wrist("ablate", "pd")
+    assert (code, out, err.count("\n")) == (2, "", 1)
+    assert OURS in err
+
+
+# --- the promises
+
+
+def run(**changes):
+    """The metrics of a run that must complete."""
+    found = simulate(Experiment(law=OURS, **changes), keep_series=False)
+    assert found.outcome.status is Status.COMPLETED
+    return found.metrics
+
+
+def plain(**changes):
+    return simulate(Experiment(law="computed_torque", **changes), keep_series=False).metrics
+
+
+REALISTIC = HARDWARE["realistic"]
+
+
+def noisy(times):
+    sensing = {"attitude_noise": 2.9e-4 * times, "rate_noise": 1.1e-3 * times, "rate_bias": (1e-3 * times,) * 3}
+    return {**REALISTIC, "sensing": {"name": "realistic", **sensing}}
+
+
+@pytest.mark.parametrize(
+    ("changes", "micrometres", "chattering"),
+    [
+        (REALISTIC, 4.1, 3.8),
+        ({**REALISTIC, "reference": "beating_heart"}, 4.4, 5.0),
+        ({**REALISTIC, "reference": "suture"}, 4.3, 5.0),
+        ({**REALISTIC, "payload": 0.05}, 7.2, 5.0),
+        (noisy(10), 41.0, 6.0),
+    ],
+    ids=["lissajous", "heart", "suture", "payload", "ten times the noise"],
+)
+def test_on_realistic_hardware(changes, micrometres, chattering):
+    found = run(**changes)
+    assert 1e3 * found.rms_tip_error_mm < micrometres
+    assert found.chattering_Nm_per_s < chattering * plain(**changes).chattering_Nm_per_s
+
+
+@pytest.mark.parametrize("shape", ["constant", "sinusoid"])
+@pytest.mark.parametrize("mass", [0.75, 1.0, 1.25])
+def test_slow_torques(shape, mass):
+    assert run(disturbance={"name": shape}, mass_scale=mass).rms_error_rad < 2.5e-6
+
+
+ADVERSARY = [
+    *({"name": "square", "frequency": f} for f in (5.0, 12.0, 30.0, 60.0, 140.0)),
+    *({"name": "sinusoid", "frequency": f} for f in (5.0, 20.0, 70.0, 110.0, 200.0)),
+    {"name": "steps", "hold": 0.008},
+    {"name": "chirp", "final": 150.0},
+    {"name": "worst"},
+]
+
+
+@pytest.mark.parametrize("mass", [0.5, 1.0, 1.5])
+@pytest.mark.parametrize("disturbance", some(ADVERSARY, 4), ids=lambda each: "-".join(map(str, each.values())))
+def test_no_torque_within_a_quarter_moves_the_tip_far(disturbance, mass):
+    assert 1e3 * run(disturbance=disturbance, mass_scale=mass, duration=4.0).max_tip_error_mm < 30.0
+
+
+@pytest.mark.parametrize(("mass", "delay"), [(0.5, 0.5e-3), (1.0, 1.25e-3), (1.5, 2.0e-3)])
+def test_a_delay_that_nobody_knows_of_is_borne(mass, delay):
+    late = {"mass_scale": mass, "sensing": {"delay": delay, "timestamped": False}, "duration": 5.0}
+    assert run(**late).chattering_Nm_per_s < 2.0 * plain(mass_scale=mass, duration=5.0).chattering_Nm_per_s
+
+
+def test_three_times_the_mass_a_payload_and_motors_near_their_limit_are_carried():
+    for changes in ({"mass_scale": 3.0}, {"payload": 0.05}, {"payload": 0.05, "mass_scale": 1.0}):
+        assert run(**changes).rms_error_rad < 1e-5
+    push = {"disturbance": {"name": "constant", "amplitude": 0.95 * 0.2}, "reference": "hold", "mass_scale": 1.0}
+    assert run(**push).rms_error_rad < 1e-5
+
+
+def test_a_large_error_is_taken_home_and_leaves_nothing():
+    found = simulate(Experiment(law=OURS, initial_error=(0.4, 0.2, -0.3), mass_scale=1.5, duration=2.0))
+    assert np.abs(found.error[300:]).max() < 1e-5
