@@ -163,7 +163,7 @@ def test_rules_and_fusion_pay():
     assert flat.max_tip_error_mm > 1.4 * whole.max_tip_error_mm
     alone, fused = (
         simulate(Experiment(law=each, duration=4.0, **HARDWARE["realistic"])).metrics
-        for each in (without["fusion of attitude and rate"], law)
+        for each in (without["fusion"], law)
     )
     assert alone.rms_tip_error_mm > 1.5 * fused.rms_tip_error_mm
     assert alone.chattering_Nm_per_s > 3.0 * fused.chattering_Nm_per_s

@@ -39,12 +39,14 @@ def command(
     headings = ["without", *(f"{figure.label}\n[{figure.unit}]" for figure in FIGURES)]
     rows: list[list[Entry]] = []
     for part, figures in found.items():
-        entries: list[Entry] = [Text("(nothing: the whole law)" if part == WHOLE else part)]
+        entries: list[Entry] = [Text("(nothing)" if part == WHOLE else part)]
         for figure in FIGURES:
             value, best = figures[figure.name], found[WHOLE][figure.name]
             entries.append(Text("lost" if value is None else short(value), _style(value, best, figure.more)))
         rows.append(entries)
     console.print(fitted(law, headings, rows, console.width))
+    meanings = "tip and chatter: realistic hardware; slow, worst, square: torques of 25 %; delay: unknown, at mass m."
+    console.print(Text(meanings, "dim"))
     console.print(Text("red: at least a quarter worse than the whole law. green: as much better.", "dim"))
 
 

@@ -99,13 +99,13 @@ def _delay(mass: float) -> Callable[[Law, Worker], float | None]:
 
 
 FIGURES = (
-    Figure("realistic_tip_um", "tip,\nrealistic", "µm", _realistic),
-    Figure("realistic_chattering", "chattering,\nrealistic", "×", _chattering),
-    Figure("slow_error_rad", "slow\ntorques", "rad", _slow),
-    Figure("worst_tip_um", "tip, worst\ntorque", "µm", _peak("worst")),
-    Figure("square_tip_um", "tip, square\nof 5 Hz", "µm", _peak("square")),
-    Figure("light_delay_ms", "unknown delay,\nmass × 0.5", "ms", _delay(0.5), more=True),
-    Figure("right_delay_ms", "unknown delay,\nmass × 1", "ms", _delay(1.0), more=True),
+    Figure("realistic_tip_um", "tip,\nreal", "µm", _realistic),
+    Figure("realistic_chattering", "chatter,\nreal", "×", _chattering),
+    Figure("slow_error_rad", "slow\ntorque", "rad", _slow),
+    Figure("worst_tip_um", "worst\ntorque", "µm", _peak("worst")),
+    Figure("square_tip_um", "square\nwave", "µm", _peak("square")),
+    Figure("light_delay_ms", "delay,\nm × 0.5", "ms", _delay(0.5), more=True),
+    Figure("right_delay_ms", "delay,\nm × 1", "ms", _delay(1.0), more=True),
 )
 """Figures of an ablation.
 

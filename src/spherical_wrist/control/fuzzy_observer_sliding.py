@@ -60,20 +60,20 @@ class FuzzyObserverSliding(ModelBasedLaw):
     has_surface: ClassVar[bool] = True
     tracks_to: ClassVar[Bound] = Bound(2.0e-6, 3.2e-6)
     ablations: ClassVar[Mapping[str, Mapping[str, Any]]] = {
-        "fusion of attitude and rate": {"fusion_fast": 1e6, "fusion_slow": 0.0},
-        "bias of the gyroscope": {"fusion_fast": 9.0, "fusion_slow": 0.0},
+        "fusion": {"fusion_fast": 1e6, "fusion_slow": 0.0},
+        "gyroscope bias": {"fusion_fast": 9.0, "fusion_slow": 0.0},
         "rules": {"surprised": 1.0},
-        "filter of the innovation": {"filter_first": 0.0, "filter_second": 0.0},
-        "integral of the surface": {"integral": 0.0},
-        "decay of the ramp": {"decay": 1.0},
-        "identification of the gain": {"gain_walk": 0.0, "gain_spread": 0.0},
-        "identification of the delay": {"delay_walk": 0.0, "delay_spread": 0.0},
+        "filter": {"filter_first": 0.0, "filter_second": 0.0},
+        "integral": {"integral": 0.0},
+        "decay of ramp": {"decay": 1.0},
+        "learnt gain": {"gain_walk": 0.0, "gain_spread": 0.0},
+        "learnt delay": {"delay_walk": 0.0, "delay_spread": 0.0},
     }
 
     class State(FusedState, Observed, Identified):
         """Fusion, observer, identification, and what the rules and the torque need."""
 
-        integral: Vector = quantity(0.0, "rad", "integral of the surface")
+        integral: Vector = quantity(0.0, "rad", "integral")
         noise: Vector = quantity(0.0, "rad/s", "estimated standard deviation σ̂ of the innovations")
         activity: Vector = quantity(0.0, "", "largest recent innovation a, in σ̂")
         factor: Vector = quantity(1.0, "", "factor of the bandwidths, by the rules")
