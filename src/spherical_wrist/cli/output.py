@@ -8,7 +8,7 @@ from rich.table import Table
 from rich.text import Text
 
 from spherical_wrist.actuation import Ideal as IdealActuation
-from spherical_wrist.cli.streams import complain
+from spherical_wrist.cli.streams import warned
 from spherical_wrist.cli.tables import number, printer
 from spherical_wrist.loop.outcome import Status
 from spherical_wrist.measure.metrics import METRICS, Metrics
@@ -25,7 +25,7 @@ COLOURS = {Status.COMPLETED: "green", Status.DIVERGED: "red", Status.INTERRUPTED
 def warn(warnings: Iterable[str]) -> None:
     """Print warnings on the error stream, a line each."""
     for warning in warnings:
-        complain(warning, "warning")
+        warned(warning)
 
 
 def run_table(run: Run, recording: Path | None, motion: str = "") -> None:

@@ -32,6 +32,7 @@ class _Outcome(BaseModel):
     status: Annotated[Status, Field(strict=False)]
     time_s: NonNegative
     reason: str
+    warnings: list[str] = []
 
 
 class _Measurement(BaseModel):

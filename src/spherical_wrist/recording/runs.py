@@ -123,10 +123,7 @@ def _outcome(table: Mapping[str, Any]) -> Outcome:
 
 def _warnings(table: Mapping[str, Any]) -> tuple[str, ...]:
     """Return the warnings of a recording; those of older versions have none."""
-    found = table.get("warnings", [])
-    if not isinstance(found, list) or not all(isinstance(each, str) for each in found):
-        raise ValueError("outcome.warnings is no list of texts")
-    return tuple(found)
+    return tuple(map(text_without_folders, table.get("warnings", ())))
 
 
 def _measurement(table: Mapping[str, Any]) -> MetricSettings:

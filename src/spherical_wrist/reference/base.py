@@ -52,7 +52,7 @@ class Reference(Member):
         """Return a sentence for everything in the motion that makes a run of it doubtful; nothing where it is right.
 
         It is asked once a run. A sentence has the figure, what it means, and the setting that helps, without a full
-        stop.
+        stop; see :mod:`spherical_wrist.measure.warnings`.
 
         Args:
             duration: of the run [s].
