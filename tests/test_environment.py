@@ -339,7 +339,8 @@ def test_wrong_arguments_of_many():
 
 @pytest.mark.parametrize("threads", [1, 2])
 @pytest.mark.parametrize("failure", ["command.torque[0] = math.nan", "raise ValueError('too late')"])
-def test_a_law_that_fails_is_named(tmp_path, failure, threads):
+@pytest.mark.parametrize("frame_skip", [4, 5])  # within a step, or at its first instant
+def test_a_law_that_fails_is_named(tmp_path, failure, threads, frame_skip):
     file = tmp_path / "late.py"
     file.write_text(
         "import math\nfrom spherical_wrist.control import Law\n"
@@ -351,11 +352,20 @@ def test_a_law_that_fails_is_named(tmp_path, failure, threads):
         "            command.torque[i] = parameters.gain * signal.error[i]\n"
         f"        if signal.time > 0.0095:\n            {failure}\n"
     )
-    options = {"experiment": {"law": f"{file}:Late", "duration": 0.1}, "action": "gains", "frame_skip": 4}
+    options = {"experiment": {"law": f"{file}:Late", "duration": 0.1}, "action": "gains", "frame_skip": frame_skip}
     envs = gymnasium.make_vec(TRACK, 2, threads=threads, **options)
     envs.reset()
     for _ in range(2):
         envs.step(np.zeros((2, 1)))
+    if "nan" in failure:
+        _, rewards, terminated, truncated, told = envs.step(np.zeros((2, 1)))
+        assert terminated.all()
+        assert not truncated.any()
+        assert np.isfinite(rewards).all()
+        assert list(told["outcome"]) == ["failed"] * 2
+        assert "law 'late' at t = 0.01 s wrote the torque [nan" in told["reason"][0]
+        envs.close()
+        return
     with pytest.raises(WristError, match=r"law 'late' at t = 0.01 s"):
         envs.step(np.zeros((2, 1)))
     envs.close()

@@ -2,8 +2,9 @@
 
 A row is an episode: ``id``, ``sample``, ``law`` (its label), ``seed``, the varied parameters by their dotted names,
 ``outcome`` (completed, diverged, failed or invalid), ``ended_at_s``, ``reason``, and the metrics by name. An episode is
-failed if its law raised or wrote no torque, and invalid if its experiment could not be simulated. A metric that is
-newer than a file is null in the table; a column of a metric that this version does not know stays in it.
+failed if its law raised or wrote a torque that is not finite (its metrics, if it has any, are of the time before), and
+invalid if its experiment could not be simulated. A metric that is newer than a file is null in the table; a column of a
+metric that this version does not know stays in it.
 
 Each file has a checksum of itself, so that an edited one is found; see :mod:`spherical_wrist.seal`.
 """

@@ -61,7 +61,7 @@ def command(
     The score of a law is the geometric mean, over the cases, of its RMS error as a multiple of the best law's. With
     -o: comparison.json, .csv, .md, and a picture of error against chattering as .png and .svg.
 
-    Exit code: 0 compared (laws may have diverged), 2 wrong input, 130 stopped by Ctrl-C.
+    Exit code: 0 compared (runs may be lost), 2 wrong input, 130 stopped by Ctrl-C.
     """
     from spherical_wrist.comparison.cases import DEFAULT, read_cases, select
     from spherical_wrist.comparison.compare import compare
@@ -99,7 +99,7 @@ def _write(table: dict[str, Any], folder: Path) -> None:
 
 
 def print_comparison(table: dict[str, Any], *, full: bool, folder: Path | None) -> None:
-    """Print the ranking, then the errors or every figure of the cells, and the runs that diverged.
+    """Print the ranking, then the errors or every figure of the cells, and the runs that were lost.
 
     Args:
         table: comparison as :func:`spherical_wrist.comparison.report.to_dict` returns it.
@@ -131,15 +131,15 @@ def _standings(table: dict[str, Any], width: int) -> Table:
     from spherical_wrist.measure.metrics import METRICS
 
     groups = list(table["laws"][0]["groups"])
-    failures = any(row["diverged"] for row in table["laws"])
-    headings = ["#", "law", "score", "best\non", *(["div."] if failures else [])]
+    failures = any(row["lost"] for row in table["laws"])
+    headings = ["#", "law", "score", "best\non", *(["lost"] if failures else [])]
     headings += [*(f"{_first(group)}\n[{METRICS[ERROR].unit}]" for group in groups), "chat-\ntering"]
     rows: list[list[Entry]] = []
     for row in table["laws"]:
         figures = [row["groups"][group] for group in groups]
         entries: list[Entry] = [str(row["rank"]), Text(row["law"], "bold"), short(row["score"]), str(row["wins"])]
         if failures:
-            entries.append(Text(str(len(row["diverged"])), "red" if row["diverged"] else ""))
+            entries.append(Text(str(len(row["lost"])), "red" if row["lost"] else ""))
         entries += [_mean(entry[ERROR], "{:.1e}") for entry in figures]
         rows.append([*entries, _mean(figures[-1][CHATTERING], "×{:.3g}")])
     return fitted(f"{len(rows)} laws × {len(table['cases'])} cases", headings, rows, width, names=1)
@@ -172,7 +172,7 @@ def _error(cell: Mapping[str, Any]) -> Text:
     from spherical_wrist.comparison.report import ERROR
 
     if cell["outcome"] != "completed":
-        return Text("div.", "red")
+        return Text({"diverged": "div.", "failed": "fail"}.get(cell["outcome"], cell["outcome"]), "red")
     return Text(f"{cell['metrics'][ERROR]:.1e}", "bold green" if cell["rank"] == 1 else "")
 
 

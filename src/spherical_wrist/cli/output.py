@@ -19,7 +19,7 @@ from spherical_wrist.simulation.run import Run
 IDEAL = {"sensing": IdealSensing().model_dump(mode="json"), "actuation": IdealActuation().model_dump(mode="json")}
 """Descriptions of sensors and motors without faults, as recorded."""
 
-COLOURS = {Status.COMPLETED: "green", Status.DIVERGED: "red", Status.INTERRUPTED: "yellow"}
+COLOURS = {Status.COMPLETED: "green", Status.DIVERGED: "red", Status.FAILED: "red", Status.INTERRUPTED: "yellow"}
 
 
 def warn(warnings: Iterable[str]) -> None:

@@ -45,7 +45,8 @@ def command(
     This is the paper's fuzzy law on a Lissajous motion, against a constant disturbance and a plant that is heavier than
     the controller believes.
 
-    Exit code: 0 completed, 1 diverged, 2 wrong input, 130 or 143 stopped by a signal (what was simulated is kept).
+    Exit code: 0 completed, 1 diverged or failed, 2 wrong input, 130 or 143 stopped by a signal (what was simulated
+    is kept).
 
     Raises:
         ParameterError: options contradict each other, or a value is not valid.

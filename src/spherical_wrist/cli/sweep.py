@@ -61,7 +61,7 @@ def command(
     Without options, DIR is summarised. Python code that DIR names, such as a law, is run only with --trust.
     For an example of a campaign file, see scripts/campaign.toml.
 
-    Exit code: 0 all episodes are stored (some may have diverged), 2 wrong input or stopped by a fault, 130 or 143
+    Exit code: 0 all episodes are stored (some may have been lost), 2 wrong input or stopped by a fault, 130 or 143
     stopped by a signal. Of --replay: as of wrist run.
 
     Raises:

@@ -54,7 +54,7 @@ def pareto_picture(table: Mapping[str, Any]) -> Figure:
             if shown:
                 _label(panel, shown)
         panels[0].set_ylabel(METRICS[ERROR].label_and_unit)
-        handles = _legend(any(row["diverged"] for row in table["laws"]))
+        handles = _legend(any(row["lost"] for row in table["laws"]))
         drawing.legend(
             handles=handles, loc="outside lower center", ncols=1 if len(groups) == 1 else 4, fontsize=LABEL_SIZE
         )
@@ -65,7 +65,7 @@ def _legend(failures: bool) -> list[Line2D]:
     looks = [
         ("o", FRONT, FRONT, "no law is better in both (Pareto front)"),
         ("o", BEATEN, BEATEN, "another law is better in both"),
-        ("o", FAILED, "white", "diverged on some cases"),
+        ("o", FAILED, "white", "lost on some cases"),
         ("_", BEATEN, BEATEN, "mark: geometric mean over the cases; lines: their range"),
     ]
     return [
@@ -82,7 +82,7 @@ def _panel(panel: Axes, table: Mapping[str, Any], group: str) -> list[Mark]:
         figures = row["groups"][group]
         if figures[ERROR] is None or figures[CHATTERING] is None:
             continue
-        failed = len(members & set(row["diverged"]))
+        failed = len(members & set(row["lost"]))
         colour = FAILED if failed else FRONT if figures["on_pareto_front"] else BEATEN
         x, y, top = figures[CHATTERING]["mean"], figures[ERROR]["mean"], 4 if colour == FRONT else 3
         for figure, draw, other in ((ERROR, panel.vlines, x), (CHATTERING, panel.hlines, y)):
@@ -90,7 +90,7 @@ def _panel(panel: Axes, table: Mapping[str, Any], group: str) -> list[Mark]:
                 other, figures[figure]["smallest"], figures[figure]["largest"], color=colour, alpha=0.35, linewidth=0.8
             )
         panel.plot(x, y, "o", color=colour, markersize=5, markerfacecolor="white" if failed else colour, zorder=top)
-        note = f" (diverged on {failed})" if failed else ""
+        note = f" (lost on {failed})" if failed else ""
         shown.append(Mark(x, y, literal(row["law"].replace("_", " ")) + note, colour))
     front = sorted((x, y) for x, y, _, colour in shown if colour == FRONT)
     if front:

@@ -4,7 +4,7 @@ The keys of the JSON object are stable:
 
 ===============  ====================================================================================================
 ``suite``        file of the cases, ``"default"`` for the default suite
-``laws``         best first: ``law`` (label), ``rank``, ``score``, ``wins``, ``diverged`` (names of cases), ``name``,
+``laws``         best first: ``law`` (label), ``rank``, ``score``, ``wins``, ``lost`` (names of cases), ``name``,
                  ``parameters``, ``groups`` (by group: ``rms_error_rad`` and ``chattering_ratio`` as ``smallest``,
                  ``mean`` (geometric), ``largest`` over the group's cases, and ``on_pareto_front``)
 ``cases``        in their order: ``case`` (name), ``meaning``, ``group``, ``changes``, ``ranking`` (labels, best first)
@@ -16,7 +16,7 @@ The keys of the JSON object are stable:
 ``wall_time_s``  time that all runs took
 ===============  ====================================================================================================
 
-Missing values are null: the ratios of a run that diverged, its metrics if it did not reach the steady window, and the
+Missing values are null: the ratios of a run that was lost, its metrics if it did not reach the steady window, and the
 command of a law that is defined in the calling program.
 """
 
@@ -59,7 +59,7 @@ def to_dict(comparison: Comparison, suite: str) -> dict[str, Any]:
             "rank": row.rank,
             "score": row.score,
             "wins": row.wins,
-            "diverged": list(row.diverged),
+            "lost": list(row.lost),
             "name": comparison.laws[row.law].name,
             "parameters": _parameters(comparison.laws[row.law].model_dump(mode="json")),
             "groups": {
@@ -127,7 +127,7 @@ def ranking(comparison: Comparison, case: str) -> list[str]:
 def pareto_laws(comparison: Comparison, cases: list[str]) -> list[str]:
     """Return the labels of the laws on the Pareto front of mean error and mean chattering over some cases.
 
-    Means are rounded to three digits. A law that diverged on one of the cases is left out.
+    Means are rounded to three digits. A law that lost a run on one of the cases is left out.
     """
     points = {}
     for law in comparison.laws:
@@ -158,9 +158,9 @@ def as_markdown(table: Mapping[str, Any], number: Any) -> str:
         number: function that formats a number.
     """
     lines = ["# Laws compared", "", "![Error against chattering](comparison.png)", ""]
-    lines += ["| rank | law | score | best on | diverged on |", "|---:|---|---:|---:|---|"]
+    lines += ["| rank | law | score | best on | lost on |", "|---:|---|---:|---:|---|"]
     for row in table["laws"]:
-        failures = ", ".join(row["diverged"]) or "—"
+        failures = ", ".join(row["lost"]) or "—"
         lines.append(f"| {row['rank']} | {row['law']} | {number(row['score'])} | {row['wins']} | {failures} |")
     lines += ["", "Score: geometric mean over the cases of the RMS error as a multiple of the best law's.", ""]
     by_case: dict[str, list[dict[str, Any]]] = {}

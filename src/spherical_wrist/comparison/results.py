@@ -43,18 +43,18 @@ class Standing(NamedTuple):
 
     Attributes:
         law: label of the law.
-        rank: 1 for the best. Laws are sorted by number of divergences, then by score.
+        rank: 1 for the best. Laws are sorted by number of lost runs, then by score.
         score: geometric mean of the RMS error relative to the best law of the case, over the cases that the law
             completed; 1 for a law that is always the best. None if it completed no case.
         wins: number of cases on which no law has a smaller error.
-        diverged: names of the cases on which it diverged.
+        lost: names of the cases on which its run diverged, failed or was not measured.
     """
 
     law: str
     rank: int
     score: float | None
     wins: int
-    diverged: tuple[str, ...]
+    lost: tuple[str, ...]
 
 
 class Spread(NamedTuple):
@@ -112,10 +112,10 @@ class Comparison:
         rows = []
         for law in self.laws:
             completed = [own for case in self.cases if (own := relative[case.name][law]) is not None]
-            diverged = tuple(case.name for case in self.cases if self.cells[law, case.name].error is None)
-            wins = sum(places[case.name][law] == 1 for case in self.cases if case.name not in diverged)
-            rows.append(Standing(law, 0, geometric_mean(completed), wins, diverged))
-        key = {row.law: (len(row.diverged), float("inf") if row.score is None else row.score) for row in rows}
+            lost = tuple(case.name for case in self.cases if self.cells[law, case.name].error is None)
+            wins = sum(places[case.name][law] == 1 for case in self.cases if case.name not in lost)
+            rows.append(Standing(law, 0, geometric_mean(completed), wins, lost))
+        key = {row.law: (len(row.lost), float("inf") if row.score is None else row.score) for row in rows}
         rows.sort(key=lambda row: key[row.law])
         order = sorted(key.values())
         return [row._replace(rank=order.index(key[row.law]) + 1) for row in rows]

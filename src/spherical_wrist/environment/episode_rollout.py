@@ -97,7 +97,7 @@ class EpisodeRollout:
             result: STEP_RESULT record of the last step.
 
         Raises:
-            LawError: the law wrote a torque that is not finite.
+            LawError: the law wrote a torque that is not finite at the first instant.
         """
         self.loop.record_progress(self.samples - remaining - self.loop.sample, int(result["status"]))
         metrics = {name: value for name, value in self._metrics.result().items() if value is not None}

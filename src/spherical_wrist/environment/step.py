@@ -90,7 +90,7 @@ def step_episode(record: Any, result: Any, observation: Any) -> None:
         record.remaining -= logged
     plant = plant_at(record.run.parts.plant)
     evaluate_reward(record, plant, logged, settings.period, result)
-    result.terminated = logged > 0 and (result.status != RUNNING or result.out_of_bounds)
+    result.terminated = n > 0 and (result.status != RUNNING or result.out_of_bounds)
     result.truncated = result.status == RUNNING and record.remaining == 0
     needed = record.offset + min(record.frame_skip, record.remaining)
     result.needs_inputs = record.remaining > 0 and needed >= record.run.inputs.desired.rows

@@ -33,8 +33,8 @@ class TrackEnv(gymnasium.Env[npt.NDArray[Any], npt.NDArray[Any]], EzPickle):
     ``info`` has the ``time`` [s], the true ``error`` [rad] and ``rate_error`` [rad/s] in the body frame, the true
     ``tip_error_mm``, and the ``torque`` [N·m] that the motors delivered in the last control period. After ``reset`` it
     also has the ``randomized`` values, if there are any. At the end of an episode it also has the ``metrics`` by name,
-    as ``simulate`` computes them, without those that are None; the ``outcome`` (``completed``, ``diverged`` or
-    ``out_of_bounds``); and the ``reason`` for the latter two.
+    as ``simulate`` computes them, without those that are None; the ``outcome`` (``completed``, ``diverged``,
+    ``failed`` or ``out_of_bounds``); and the ``reason`` for all but the first.
 
     Args:
         experiment: experiment, table of its values, or experiment file; by default the default experiment. With

@@ -16,7 +16,6 @@ from spherical_wrist.channels import Place
 from spherical_wrist.inspection.drawing import AXES, MARK, STYLE
 from spherical_wrist.inspection.panels import Panel, motion_panels, other_panels
 from spherical_wrist.inspection.portrait import portrait
-from spherical_wrist.loop.outcome import Status
 from spherical_wrist.plain_text import literal
 from spherical_wrist.simulation.run import Run
 
@@ -85,17 +84,17 @@ def _column(drawing: Figure, place: tuple[float, float], below: Sequence[float],
 
 
 def over_time(axes: Sequence[Axes], panels: Sequence[Panel], run: Run) -> None:
-    """Draw panels over time below each other, with the steady window and the end of a run that diverged."""
+    """Draw panels over time below each other, with the steady window and the end of a run that was lost."""
     for panel, draw in zip(axes, panels, strict=True):
         draw(panel)
         begin, end = float(run.time[0]), float(run.time[-1])
-        stretched = 1.015 if run.outcome.status == Status.DIVERGED else 1.0
+        stretched = 1.015 if run.outcome.status.lost else 1.0
         panel.set_xlim(begin, begin + stretched * (end - begin if end > begin else run.measurement.period))
         if begin < run.measurement.steady_from:
             panel.axvspan(begin, min(run.measurement.steady_from, end), **GREY)
         if end > run.measurement.window_end:
             panel.axvspan(max(run.measurement.window_end, begin), end, **GREY)
-        if run.outcome.status == Status.DIVERGED:
+        if run.outcome.status.lost:
             panel.axvline(end, color=MARK, linewidth=2.0)
         panel.tick_params(labelbottom=panel is axes[-1])
     if len(axes):
@@ -103,5 +102,5 @@ def over_time(axes: Sequence[Axes], panels: Sequence[Panel], run: Run) -> None:
         words = f"time [s] · grey: before the steady window, t < {start:g} s"
         if until is not None:
             words = f"time [s] · grey: outside of the steady window, {start:g} s to {until:g} s"
-        diverged = run.outcome.status == Status.DIVERGED
-        axes[-1].set_xlabel(words + " · pink: where it diverged" * diverged)
+        lost = run.outcome.status.lost
+        axes[-1].set_xlabel(words + " · pink: where it ended early" * lost)

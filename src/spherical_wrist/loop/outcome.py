@@ -5,11 +5,20 @@ from typing import NamedTuple
 
 
 class Status(StrEnum):
-    """Status of a run that has ended."""
+    """Status of a run that has ended.
+
+    A run has failed where its law, after some time, wrote a torque that is not finite.
+    """
 
     COMPLETED = "completed"
     DIVERGED = "diverged"
+    FAILED = "failed"
     INTERRUPTED = "interrupted"
+
+    @property
+    def lost(self) -> bool:
+        """True if the run ended early by itself: its figures are not those of the others."""
+        return self in (Status.DIVERGED, Status.FAILED)
 
 
 class Outcome(NamedTuple):

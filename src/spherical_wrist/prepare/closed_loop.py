@@ -42,6 +42,8 @@ RATE_LIMIT = 1000.0
 CHUNK = 8192
 """Control periods per chunk. Chunks bound the memory of a run of any duration."""
 
+NO_TORQUE_ADVICE = "look for divisions by zero, and for roots and logarithms of negative numbers"
+
 NO_ERROR, IDEAL_SENSING, IDEAL_ACTUATION = Start(), IdealSensing(), IdealActuation()
 
 MAX_STEPS = 16 * CHUNK
@@ -146,12 +148,18 @@ class ClosedLoop:
         """Add the control periods of one call of the loop, and set ``outcome`` if the run has ended.
 
         Raises:
-            LawError: the law wrote a torque that is not finite.
+            LawError: the law wrote a torque that is not finite at the first instant.
         """
         self.sample += logged
         time = self.sample * self._timing.control_period
         if status == loop.NO_TORQUE:
-            self.raise_law_error("wrote a torque that is not finite")
+            try:
+                self.raise_law_error("wrote a torque that is not finite")
+            except LawError as error:
+                if self.sample == 0:
+                    raise
+                self.outcome = Outcome(Status.FAILED, time, f"{error}; {NO_TORQUE_ADVICE}")
+                return
         if status == loop.TOO_FAST:
             speed = float(np.linalg.norm(self.parts.plant.qvel))
             reason = f"the wrist turns at {speed:.4g} rad/s, beyond {RATE_LIMIT:g} rad/s"
