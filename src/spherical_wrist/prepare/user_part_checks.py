@@ -188,10 +188,8 @@ def check_step(law: Law, signal: npt.NDArray[np.void], state: npt.NDArray[np.flo
         raise LawError(f"{name} raised {type(error).__name__}: {one_line(error)}") from None
     torque = command["torque"][0]
     if not np.isfinite(torque).all():
-        written = ", ".join(f"{part:.4g}" for part in torque)
-        raise LawError(
-            f"{name} wrote the torque [{written}] N·m: command.torque[0], [1] and [2] must be finite numbers"
-        )
+        found = ", ".join(f"{part:.4g}" for part in torque)
+        raise LawError(f"{name} wrote the torque [{found}] N·m: command.torque[0], [1] and [2] must be finite numbers")
     written = [name for name in ("surface", "slope") if not np.isnan(command[name][0]).all()]
     if written and not law.has_surface:
         raise LawError(
