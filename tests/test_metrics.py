@@ -83,7 +83,7 @@ def truth(run):
         "peak_torque_Nm": torque.max(),
         "rms_torque_Nm": np.sqrt(np.mean(torque**2)),
         "saturated_fraction": run.saturated[steady].mean(),
-        "reaching_time_s": run.time[inside][0],
+        "reaching_time_s": run.time[np.flatnonzero(~inside)[-1] + 1],
         "max_tilt_rad": np.arccos(cosine).max(),
         "copper_loss_W": experiment.actuation.resistance * np.mean(np.sum(current**2, axis=1)),
         "peak_current_A": np.abs(current).max(),
@@ -170,14 +170,19 @@ def test_a_run_that_ends_before_the_window_has_no_figures_but_the_reaching_time(
     assert compute_metrics(series(1), settings()).chattering_Nm_per_s is None
 
 
-def test_reaching_time_is_the_first_instant_within_the_layer_on_every_axis():
-    surface = np.array([[3.0, 0.0, 0.0], [0.1, 2.0, 0.0], [0.9, -0.9, 0.4], [5.0, 0.0, 0.0]])
+@pytest.mark.parametrize("stays", [True, False])
+def test_reaching_time_is_the_instant_from_which_the_run_stays_within_the_layer_on_every_axis(stays):
+    surface = np.array([[3.0, 0.0, 0.0], [0.1, 2.0, 0.0], [0.9, -0.9, 0.4], [5.0, 0.0, 0.0], [0.0, 0.0, 0.0]])
 
-    def reached(layer):
-        return compute_metrics(series(4, surface=surface), settings(layer=layer)).reaching_time_s
+    def reached(layer, rows=5):
+        given = settings(layer=layer)._replace(surface_stays=stays)
+        return compute_metrics(series(rows, surface=surface[:rows]), given).reaching_time_s
 
-    assert reached((1.0, 1.0, 0.5)) == pytest.approx(0.002)
-    assert reached((1.0, 1.0, 0.1)) is None
+    assert reached((1.0, 1.0, 0.5)) == pytest.approx(0.004 if stays else 0.002)
+    assert reached((1.0, 1.0, 0.5), 3) == pytest.approx(0.002)
+    assert reached((1.0, 1.0, 0.5), 4) == (None if stays else pytest.approx(0.002))
+    assert reached((1.0, 1.0, 0.1), 4) is None
+    assert reached((9.0, 9.0, 9.0)) == 0.0
     assert reached(None) is None
 
 

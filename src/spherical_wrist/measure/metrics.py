@@ -40,7 +40,7 @@ torque; |Δτ| of each axis of the commanded torque [N·m]; i² of each coil [A�
 """
 
 EVENTS = ("surface_reached",)
-"""Events of which the first time [s] is kept, over the whole run; not-a-number before."""
+"""Events of which the time [s] is kept, over the whole run; not-a-number before."""
 
 METRIC_SETTINGS = np.dtype(
     [
@@ -49,12 +49,14 @@ METRIC_SETTINGS = np.dtype(
         ("lever", "f8", 3),
         ("layer", "f8", 3),
         ("has_surface", "f8"),
+        ("surface_stays", "f8"),
         ("has_coils", "f8"),
     ],
     align=True,
 )
 """Record of :class:`MetricSettings` as the arithmetic needs them: start and end of the steady window [s], lever to the
-tool tip [m], boundary layer [rad/s]; 1 or 0: the law has a sliding surface, the motor has coils."""
+tool tip [m], boundary layer [rad/s]; 1 or 0: the law has a sliding surface, which is reached where the
+run stays, the motor has coils."""
 
 TOTALS = np.dtype(
     [("rows", "f8"), ("command", "f8", 3)]
@@ -78,10 +80,13 @@ def accumulate(settings: Any, totals: Any, time: Array, desired: Any, log: Any, 
     """
     for k in range(len(log)):
         row = log[k]
-        if settings.has_surface > 0.5 and isnan(totals.surface_reached):
+        if settings.has_surface > 0.5:
             s, b = row.surface, settings.layer
             if abs(s[0]) <= b[0] and abs(s[1]) <= b[1] and abs(s[2]) <= b[2]:
-                totals.surface_reached = time[k]
+                if isnan(totals.surface_reached):
+                    totals.surface_reached = time[k]
+            elif settings.surface_stays > 0.5:
+                totals.surface_reached = np.nan
         if settings.start <= time[k] <= settings.end:
             add_row(settings, totals, desired[k], row, currents, k)
             totals.rows += 1.0
@@ -143,6 +148,8 @@ class MetricSettings(NamedTuple):
             without a sliding surface.
         resistance: of a coil of a spherical motor [Ω]; None for other motors.
         steady_until: end of the steady window [s], where the motion ends; None for the end of the run.
+        surface_stays: True if the surface is reached where the run stays within the band; False if where it first is,
+            as in recordings of older versions.
     """
 
     steady_from: float
@@ -151,6 +158,7 @@ class MetricSettings(NamedTuple):
     boundary_layer: tuple[float, float, float] | None
     resistance: float | None = None
     steady_until: float | None = None
+    surface_stays: bool = True
 
     @property
     def window_start(self) -> float:
@@ -172,6 +180,7 @@ class MetricSettings(NamedTuple):
         record["start"], record["end"], record["lever"] = self.window_start, self.window_end, self.lever
         if self.boundary_layer is not None:
             record["layer"], record["has_surface"] = self.boundary_layer, 1.0
+        record["surface_stays"] = self.surface_stays
         record["has_coils"] = self.resistance is not None
         return record
 
@@ -212,7 +221,7 @@ MEAN = Reduction(lambda total, rows, settings: total["summed"] / rows)
 ROOT_MEAN = Reduction(lambda total, rows, settings: sqrt(total["summed"] / rows))
 LARGEST = Reduction(lambda total, rows, settings: total["largest"], extreme=True)
 ROOT_LARGEST = Reduction(lambda total, rows, settings: sqrt(total["largest"]), extreme=True)
-FIRST_TIME = Reduction(lambda total, rows, settings: None if isnan(total) else total, window=False)
+EVENT_TIME = Reduction(lambda total, rows, settings: None if isnan(total) else total, window=False)
 PER_SECOND_AND_AXIS = Reduction(
     lambda total, rows, settings: total["summed"] / (3.0 * (rows - 1.0) * settings.period) if rows > 1.0 else None
 )
@@ -326,8 +335,8 @@ METRICS: dict[str, Metric] = {
             shown=(100.0, "%"),
         ),
         Metric(
-            "reaching_time_s", "surface reached at", "reached at", "s", "surface_reached", FIRST_TIME,
-            "first time in the run at which |S| is within the law's boundary layer on every axis",
+            "reaching_time_s", "surface reached at", "reached at", "s", "surface_reached", EVENT_TIME,
+            "time in the run from which |S| stays within the law's boundary layer on every axis, to its end",
             needs=SURFACE,
         ),
         Metric(

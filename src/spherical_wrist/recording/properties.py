@@ -42,6 +42,8 @@ class _Measurement(BaseModel):
     lever: _Vector
     boundary_layer: _Vector | None
     resistance: NonNegative | None
+    steady_until: NonNegative | None = None
+    surface_stays: bool = False
 
 
 class _File(BaseModel):

@@ -130,4 +130,5 @@ def _measurement(table: Mapping[str, Any]) -> MetricSettings:
     layer = table["boundary_layer"]
     lever, layer = tuple(table["lever"]), None if layer is None else tuple(layer)
     until = table.get("steady_until")  # since format 2
-    return MetricSettings(table["steady_from"], table["period"], lever, layer, table["resistance"], until)
+    stays = table.get("surface_stays", False)  # likewise
+    return MetricSettings(table["steady_from"], table["period"], lever, layer, table["resistance"], until, stays)
