@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from rigs import MOTORS, mjcf, mounted, one_line, states, wrist_of
+from rigs import MOTORS, bits, mjcf, mounted, one_line, states, wrist_of
 from spherical_wrist import Experiment, simulate
 from spherical_wrist.dynamics import evaluate
 from spherical_wrist.errors import ModelError
@@ -182,6 +182,46 @@ def test_the_only_site_is_the_tip_and_the_only_motors_the_motors():
     hinge = '<body pos="1 0 0"><joint name="door" type="hinge"/><geom size="0.1"/></body></worldbody>'
     other = mjcf(motors=MOTORS + '<motor joint="door"/>').replace("</worldbody>", hinge)
     assert wrist_of(other).model.nu == 3
+
+
+BALL = '<body pos="1 0 0"><joint name="other" type="ball"/><geom size="0.02" mass="0.1"/></body></worldbody>'
+SEVERAL_CONTROLS = {
+    "orientation elsewhere": '<orientation joint="other" kp="3.5" kv="0.08"/>',
+    "a quaternion elsewhere": '<orientation joint="other" kp="3.5" input="quat"/>',
+    "position, speed and torque elsewhere": '<pid joint="other" kp="3.5" input="pos vel ff"/>',
+    "orientation on the wrist": '<orientation name="servo" joint="w" kp="3.5"/>',
+}
+
+
+@pytest.mark.parametrize("servo", SEVERAL_CONTROLS.values(), ids=SEVERAL_CONTROLS)
+@pytest.mark.parametrize("where", [0, 1, 3], ids=["first", "between", "last"])
+def test_other_actuators_may_have_several_controls(servo, where):
+    motors = MOTORS.replace("/>", ' ctrlrange="-0.5 0.5"/>\n', 1).replace("/><", "/>\n<").splitlines()
+    motors[1] = motors[1].replace("/>", ' ctrlrange="-0.4 0.3"/>')
+    alone = wrist_of(mjcf(motors="".join(motors)))
+    text = mjcf(motors="".join([*motors[:where], servo, *motors[where:]])).replace("</worldbody>", BALL)
+    assert mujoco.MjModel.from_xml_string(text).nu > mujoco.MjModel.from_xml_string(text).nactuator
+    wrist = wrist_of(text, Names("w"))
+    assert wrist.model.nu == wrist.model.nactuator == 3
+    for found, expected in [(wrist.motors, alone.motors), (wrist.lower, alone.lower), (wrist.upper, alone.upper)]:
+        np.testing.assert_array_equal(found, expected)
+    assert wrist.lower[1] == -0.4
+    assert ("left out" in " ".join(wrist.warnings)) == ("servo" in servo)
+
+
+def test_a_servo_with_several_controls_is_no_motor():
+    with pytest.raises(ModelError, match="servo is a servo, not a plain motor"):
+        wrist_of(mjcf(motors=MOTORS.split("/>")[0] + "/>" + SEVERAL_CONTROLS["orientation on the wrist"]))
+
+
+def test_a_law_tracks_beside_a_servo_with_several_controls(tmp_path):
+    """The same motion as without it, bit for bit."""
+    servo, given = SEVERAL_CONTROLS["orientation elsewhere"], {"joint": "w", "duration": 0.3}
+    for name, more in (("one.xml", ""), ("other.xml", servo)):
+        (tmp_path / name).write_text(mjcf(motors=more + MOTORS).replace("</worldbody>", BALL))
+    one, other = (simulate(Experiment(model=tmp_path / name, **given)) for name in ("one.xml", "other.xml"))
+    assert bits(one) == bits(other)
+    assert one.metrics.max_error_rad < 0.02
 
 
 def test_a_site_on_what_does_not_move_is_no_tip():

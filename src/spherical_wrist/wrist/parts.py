@@ -68,9 +68,10 @@ def torque_motors(model: mujoco.MjModel, joint: int, wanted: Sequence[str] | Non
         ModelError: not exactly three plain torque motors act on the joint and none are named, or the named ones are
             no such motors.
     """
-    actuators = [name_of(model, OBJECT.mjOBJ_ACTUATOR, a) for a in range(model.nu)]
-    faults = [_fault(model, a, joint) for a in range(model.nu)]
-    plain = [a for a in range(model.nu) if not faults[a]]
+    everyone = range(model.nactuator)  # fewer than controls, of which an actuator may have several
+    actuators = [name_of(model, OBJECT.mjOBJ_ACTUATOR, a) for a in everyone]
+    faults = [_fault(model, a, joint) for a in everyone]
+    plain = [a for a in everyone if not faults[a]]
     if wanted is None:
         if len(plain) == AXES:
             return plain
@@ -81,7 +82,7 @@ def torque_motors(model: mujoco.MjModel, joint: int, wanted: Sequence[str] | Non
                 f"model {name!r} has {len(plain)} torque motors on joint {where!r} ({found}): "
                 "name the wrist's three: --motors A,B,C"
             )
-        others = "; ".join(f"{actuators[a]} {faults[a]}" for a in range(model.nu) if faults[a])
+        others = "; ".join(f"{actuators[a]} {faults[a]}" for a in everyone if faults[a])
         raise ModelError(
             f"model {name!r} has {len(plain)} of three torque motors that joint {where!r} needs"
             + (f" ({others})" if others else "")
@@ -99,15 +100,17 @@ def torque_motors(model: mujoco.MjModel, joint: int, wanted: Sequence[str] | Non
 
 def _fault(model: mujoco.MjModel, actuator: int, joint: int) -> str:
     """Say why an actuator is no torque motor on the joint, in words that follow its name; empty if it is one."""
-    kind, target = model.actuator_trntype[actuator], model.actuator_trnid[actuator, 0]
+    kind, target = TRANSMISSION(model.actuator_trntype[actuator]), model.actuator_trnid[actuator, 0]
     if kind == TRANSMISSION.mjTRN_JOINTINPARENT and target == joint:
         return "has its axis in the parent's frame (use joint= instead of jointinparent=)"
-    if kind != TRANSMISSION.mjTRN_JOINT or target != joint:
+    if kind not in (TRANSMISSION.mjTRN_JOINT, TRANSMISSION.mjTRN_SO3) or target != joint:
         return "acts on something else"
     if model.actuator_dyntype[actuator] != mujoco.mjtDyn.mjDYN_NONE:
         return "has dynamics of its own (the experiment's actuation has a lag)"
-    if model.actuator_gaintype[actuator] != mujoco.mjtGain.mjGAIN_FIXED or (
-        model.actuator_biastype[actuator] != mujoco.mjtBias.mjBIAS_NONE
+    if (
+        kind == TRANSMISSION.mjTRN_SO3
+        or model.actuator_gaintype[actuator] != mujoco.mjtGain.mjGAIN_FIXED
+        or model.actuator_biastype[actuator] != mujoco.mjtBias.mjBIAS_NONE
     ):
         return "is a servo, not a plain motor"
     return ""

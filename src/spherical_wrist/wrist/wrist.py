@@ -81,7 +81,7 @@ class Wrist:
         joint = ball_joint(model, names.joint, name)
         motors = torque_motors(model, joint, names.motors, name)
         check_motors(model, motors, name)
-        if model.njnt > 1 or model.nu > AXES:
+        if model.njnt > 1 or model.nactuator > AXES:
             spec = reduced(spec, model, joint, motors)
             model = compiled(spec, name)
         check_passive(model, name)
