@@ -585,7 +585,7 @@ def test_json_has_the_promised_keys_and_its_commands_replay_it(wrist):
     code, out, err = wrist("compare", *QUICK, "--case", "failed-coil", "--set", "payload=0.01", "--seed", "4", "--json")
     given = json.loads(out)
     assert (code, err) == (0, "")
-    assert set(given) == {"suite", "laws", "cases", "cells", "versions", "files", "wall_time_s"}
+    assert set(given) == {"suite", "laws", "cases", "cells", "warnings", "versions", "files", "wall_time_s"}
     assert (given["suite"], given["files"]) == ("default", [])
     assert [case["case"] for case in given["cases"]] == ["constant-heavy", "failed-coil"]
     assert {law["law"] for law in given["laws"]} == {"pd", "sliding_mode"}
@@ -730,3 +730,12 @@ def test_ctrl_c_stops_at_once(tmp_path, delay):
         process.kill()
     assert (process.returncode, out, err) == (130, "", "")
     assert not list((tmp_path / "out").iterdir())
+
+
+def test_completed_runs_that_are_doubtful_are_counted_on_the_error_stream(wrist):
+    code, out, err = wrist(
+        "compare", "--law", "pd", "--case", "constant-heavy", "--set", "disturbance.level=8", "--json"
+    )
+    [said] = json.loads(out)["warnings"]
+    assert (code, err) == (0, f"wrist: warning: {said}\n")
+    assert said.startswith("the attitude error passed half a radian in 1 of 1 runs, most in pd on constant-heavy")

@@ -63,6 +63,7 @@ def command(
 
     Exit code: 0 compared (runs may be lost), 2 wrong input, 130 stopped by Ctrl-C.
     """
+    from spherical_wrist.cli.output import warn
     from spherical_wrist.comparison.cases import DEFAULT, read_cases, select
     from spherical_wrist.comparison.compare import compare
     from spherical_wrist.comparison.law_selection import laws_from_texts
@@ -83,6 +84,7 @@ def command(
         print_json(table)
     else:
         print_comparison(table, full=full, folder=output)
+    warn(table["warnings"])
 
 
 def _write(table: dict[str, Any], folder: Path) -> None:

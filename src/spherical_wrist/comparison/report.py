@@ -11,6 +11,8 @@ The keys of the JSON object are stable:
 ``cells``        law by law, case by case: ``law``, ``case``, ``rank``, ``outcome``, ``ended_at_s``, ``reason``,
                  ``metrics``, ``error_ratio`` (to the best law of the case), ``chattering_ratio`` (to plain computed
                  torque on the same case), ``command`` (replays this cell alone), ``recording``
+``warnings``     sentences about what makes the figures of completed runs doubtful; see
+                 :mod:`spherical_wrist.measure.warnings`
 ``versions``     of the packages and the platform
 ``files``        names of the files written, in the folder of the comparison
 ``wall_time_s``  time that all runs took
@@ -29,7 +31,8 @@ from spherical_wrist.comparison.ranking import pareto_front, ranks, ratios
 from spherical_wrist.comparison.results import Cell, Comparison, Spread
 from spherical_wrist.errors import ParameterError
 from spherical_wrist.experiment.command import command_of
-from spherical_wrist.measure.metrics import METRICS
+from spherical_wrist.measure.metrics import METRICS, Metrics
+from spherical_wrist.measure.warnings import summarized
 from spherical_wrist.simulation.run import versions
 
 ERROR, CHATTERING = "rms_error_rad", "chattering_ratio"
@@ -88,10 +91,17 @@ def to_dict(comparison: Comparison, suite: str) -> dict[str, Any]:
             for case in comparison.cases
         ],
         "cells": cells(comparison),
+        "warnings": list(summarized(_completed(comparison))),
         "versions": versions(),
         "files": [],
         "wall_time_s": comparison.wall_time,
     }
+
+
+def _completed(comparison: Comparison) -> dict[str, Metrics]:
+    """Return the metrics of the runs that completed, by law and case in words."""
+    found = comparison.cells.values()
+    return {f"{cell.law} on {cell.case}": cell.metrics for cell in found if cell.error is not None}
 
 
 def cells(comparison: Comparison) -> list[dict[str, Any]]:

@@ -72,7 +72,7 @@ CHECKS: dict[str, Check] = {
     check.name: check
     for check in (
         Check(
-            "saturated", "saturated_fraction", 0.0,
+            "saturated", "saturated_fraction", 0.01,
             "the torque saturated", "at {value} of the control instants",
             "the figures are those of the motors' limits as much as of the law; give stronger motors, a gentler "
             "reference or a smaller disturbance.level",
