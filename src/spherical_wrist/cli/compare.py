@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from math import inf
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -188,7 +189,7 @@ def _figures(table: dict[str, Any], width: int) -> Iterator[Table]:
     for case in table["cases"]:
         cells = [cell for cell in table["cells"] if cell["case"] == case["case"]]
         rows: list[list[Entry]] = []
-        for cell in sorted(cells, key=lambda cell: cell["rank"]):
+        for cell in sorted(cells, key=lambda cell: cell["rank"] or inf):
             entries: list[Entry] = [cell["law"], *(short(figure(cell, key)) for key in keys)]
             if cell["outcome"] != "completed":
                 entries[1] = Text(cell["outcome"], "red")

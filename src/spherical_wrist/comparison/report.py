@@ -18,13 +18,14 @@ The keys of the JSON object are stable:
 ``wall_time_s``  time that all runs took
 ===============  ====================================================================================================
 
-Missing values are null: the ratios of a run that was lost, its metrics if it did not reach the steady window, and the
-command of a law that is defined in the calling program.
+Missing values are null: rank and ratios of a run that was lost, its metrics if it did not reach the steady window, and
+the command of a law that is defined in the calling program.
 """
 
 import csv
 import io
 from collections.abc import Mapping
+from math import inf
 from typing import Any
 
 from spherical_wrist.comparison.ranking import pareto_front, ranks, ratios
@@ -112,7 +113,7 @@ def cells(comparison: Comparison) -> list[dict[str, Any]]:
         {
             "law": row.law,
             "case": case.name,
-            "rank": places[case.name][row.law],
+            "rank": None if cell.error is None else places[case.name][row.law],
             "outcome": str(cell.outcome.status),
             "ended_at_s": cell.outcome.time,
             "reason": cell.outcome.reason,
@@ -177,7 +178,7 @@ def as_markdown(table: Mapping[str, Any], number: Any) -> str:
     for cell in table["cells"]:
         by_case.setdefault(cell["case"], []).append(cell)
     for case in table["cases"]:
-        rows = sorted(by_case[case["case"]], key=lambda cell: cell["rank"])
+        rows = sorted(by_case[case["case"]], key=lambda cell: cell["rank"] or inf)
         shown = [key for key in FIGURES if any(figure(cell, key) is not None for cell in rows)]
         lines += [f"## {case['case']}", "", f"{case['meaning']} ({case['group']})", ""]
         lines += ["| law | " + " | ".join(map(heading, shown)) + " |", "|---|" + "---:|" * len(shown)]
