@@ -72,7 +72,6 @@ def command(
             for path in paths_of(part).values():
                 note_input(path)
         check_writable(target)
-    motion = described.reference.about()
     with ExitStack() as stack:
         show, close = (
             stack.enter_context(_live(described, viewer, record_every)) if live or viewer is not None else (None, None)
@@ -96,6 +95,7 @@ def command(
             record(run, recording)
         if close is not None:
             close(run)
+    motion = described.reference.about()
     if json:
         print_json({**_summary(run, recording), **({"motion": motion} if motion else {})})
     else:
