@@ -105,8 +105,8 @@ def test_wrong_input_is_refused_in_one_line_that_helps(given, said):
 @pytest.mark.parametrize(
     ("given", "said"),
     [
-        ({"control_period": 0.0015}, "use 0.001 or 0.002"),
-        ({"control_period": 0.0005}, "physics_period"),
+        ({"control_period": 0.0015, "physics_period": 0.001}, "use 0.001 or 0.002"),
+        ({"control_period": 0.0005, "physics_period": 0.001}, "physics_period"),
         ({"duration": 0.00123}, "multiple"),
         ({"reference": {"name": "hold", "rotation": 0}}, "N·m instead"),
         ({"model": "none.xml"}, "no such file"),

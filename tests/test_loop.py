@@ -4,11 +4,15 @@ import json
 import os
 import subprocess
 import sys
+from fractions import Fraction
+from math import ceil
 from pathlib import Path
 
 import mujoco
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from scipy.linalg import expm
 from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
@@ -278,13 +282,27 @@ def test_periods_that_do_not_fit_are_refused_with_those_that_would(duration, con
     assert all(word in one_line(caught.value) for word in said)
 
 
+@given(st.integers(1, 10_000), st.integers(1, 10_000))
+def test_the_largest_step_that_fits_is_the_next_smaller_divisor(control, timestep):
+    """In whole microseconds, by fractions: one step fewer would be longer than the timestep."""
+    timing = Timing.fitted(1e-6 * control, 1e-6 * control, 1e-6 * timestep)
+    steps = timing.substeps
+    assert steps == ceil(Fraction(control, timestep))
+    assert Fraction(control, steps) <= timestep
+    assert steps == 1 or Fraction(control, steps - 1) > timestep
+    assert timing.differs_from(1e-6 * timestep) == (control != steps * timestep)
+    if control % timestep == 0:
+        assert timing == Timing.of(1e-6 * control, 1e-6 * control, 1e-6 * timestep)
+
+
 @pytest.mark.parametrize("bad", [0.0, -1e-3, np.nan, np.inf])
+@pytest.mark.parametrize("make", [Timing.of, Timing.fitted], ids=["given", "fitted"])
 @pytest.mark.parametrize("where", [0, 1, 2], ids=["duration", "control", "physics"])
-def test_periods_that_are_no_lengths_of_time_are_refused(where, bad):
+def test_periods_that_are_no_lengths_of_time_are_refused(where, make, bad):
     periods = [1.0, 1e-3, 1e-3]
     periods[where] = bad
     with pytest.raises(ParameterError) as caught:
-        Timing.of(*periods)
+        make(*periods)
     one_line(caught.value)
 
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from rigs import mjcf
+from rigs import bits, mjcf
 from spherical_wrist import Experiment, load_recording, record, simulate
 from spherical_wrist.measure.metrics import METRICS
 from spherical_wrist.measure.warnings import CHECKS, summarized, warnings_of
@@ -67,6 +67,47 @@ def test_model_and_motion_and_run_contribute(tmp_path):
     assert "frictionloss" in model
     assert motion == "this motion is doubtful for 1 s"
     assert run
+
+
+@pytest.mark.parametrize(
+    ("timestep", "period", "step"),
+    [(None, 0.001, 0.001), (0.001, 0.0015, 0.00075), (0.003, 0.01, 0.0025), (0.001, 0.002, None), (0.002, 0.01, None)],
+)
+def test_physics_steps_that_fit_the_control_period_are_taken_and_said(wrist, tmp_path, timestep, period, step):
+    """As if they had been given, bit for bit, and again from the recording; without a timestep MuJoCo has 2 ms."""
+    text = mjcf().replace('timestep="0.001"', "" if timestep is None else f'timestep="{timestep}"')
+    (tmp_path / "w.xml").write_text(text)
+    experiment = Experiment(model=tmp_path / "w.xml", law="pd", control_period=period, duration=60 * period)
+    run = simulate(experiment)
+    said = [text for text in run.warnings if "physics steps" in text]
+    if step is None:
+        assert not said
+    else:
+        given = simulate(experiment.replaced(physics_period=step))
+        assert bits(run) == bits(given)
+        assert not [text for text in given.warnings if "physics steps" in text]
+        [sentence] = said
+        for value in (step, timestep or 0.002, period):
+            assert f" {value:g} s" in sentence
+    record(run, tmp_path / "a.rrd")
+    (tmp_path / "w.xml").unlink()
+    code, out, err = wrist("replay", "a.rrd", "--json")
+    assert (code, json.loads(out)["identical"]) == (0, True)
+    assert err == "".join(f"wrist: warning: {warning}\n" for warning in run.warnings)
+
+
+@pytest.mark.parametrize(
+    "command", [["run"], ["compare", "--law", "pd", "--case", "constant-heavy"]], ids=lambda c: c[0]
+)
+def test_the_default_timestep_of_mujoco_is_no_fault(wrist, tmp_path, command):
+    (tmp_path / "w.xml").write_text(mjcf().replace('timestep="0.001"', ""))
+    given = (*command, "--duration", "0.02", "--set", f"model={tmp_path / 'w.xml'}")
+    code, _, err = wrist(*given)
+    assert code == 0
+    assert command[0] != "run" or "the physics steps are 0.001 s" in err
+    code, _, err = wrist(*given, "--set", "physics_period=0.002")
+    assert (code, err.count("\n")) == (2, 1)
+    assert "control_period = 0.001 s is no multiple of physics_period = 0.002 s: use 0.002" in err
 
 
 @pytest.fixture

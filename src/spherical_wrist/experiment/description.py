@@ -83,7 +83,9 @@ class Experiment(Parameters):
     initial_rate_error: Vector = quantity((0.0, 0.0, 0.0), "rad/s", "rate error ė at the start")
     duration: Positive = quantity(10.0, "s", "simulated time, a multiple of the control period")
     control_period: Positive = quantity(0.001, "s", "time between two torques, a multiple of the physics period")
-    physics_period: Positive | None = quantity(None, "s", "physics step; default: that of the model")
+    physics_period: Positive | None = quantity(
+        None, "s", "physics step; default: the largest up to the model's that fits"
+    )
     steady_from: NonNegative | None = quantity(
         None, "s", "start of the steady window; default: 2 s, or half the duration of runs or motions up to 2 s"
     )
@@ -151,15 +153,16 @@ class Experiment(Parameters):
         return np.random.default_rng([self.seed, 3])
 
     def timing(self, nominal: "Wrist") -> Timing:
-        """Return control and physics periods.
+        """Return control and physics periods: without a physics step, one that fits up to the timestep of the model.
 
         Raises:
-            ParameterError: the periods are no multiples of each other.
+            ParameterError: the duration is no multiple of the control period, or that of the physics step.
         """
         from spherical_wrist.experiment.timing import Timing
 
-        physics = float(nominal.model.opt.timestep) if self.physics_period is None else self.physics_period
-        return Timing.of(self.duration, self.control_period, physics)
+        if self.physics_period is None:
+            return Timing.fitted(self.duration, self.control_period, float(nominal.model.opt.timestep))
+        return Timing.of(self.duration, self.control_period, self.physics_period)
 
     def measurement(self, wrist: "Wrist") -> MetricSettings:
         """Return the settings of the metrics."""

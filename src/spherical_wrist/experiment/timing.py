@@ -1,6 +1,6 @@
 """Timing of a run: control and physics periods that are exact multiples of each other."""
 
-from math import inf
+from math import ceil, inf
 from typing import NamedTuple, Self
 
 import numpy as np
@@ -13,6 +13,9 @@ MAX_SUBSTEPS, MAX_SAMPLES = 10**5, 10**12
 
 Longer runs would not end, and their times would not be distinct numbers.
 """
+
+ROUNDING = 1e-9
+"""Relative difference up to which two periods are the same."""
 
 
 class Timing(NamedTuple):
@@ -61,6 +64,27 @@ class Timing(NamedTuple):
             _times("duration", duration, "control_period", control_period, MAX_SAMPLES),
         )
 
+    @classmethod
+    def fitted(cls, duration: float, control_period: float, timestep: float) -> Self:
+        """Create the timing of a run with the largest physics step up to ``timestep`` that divides the control period.
+
+        Args:
+            duration: simulated time [s].
+            control_period: time between two torques [s].
+            timestep: largest physics step [s].
+
+        Raises:
+            ParameterError: the duration is no multiple of the control period, or there are too many steps.
+        """
+        positive = 0.0 < timestep < inf and 0.0 < control_period < inf
+        if positive and (ratio := control_period / timestep) <= MAX_SUBSTEPS:
+            timestep = control_period / max(1, ceil(ratio * (1.0 - ROUNDING)))
+        return cls.of(duration, control_period, timestep)
+
+    def differs_from(self, timestep: float) -> bool:
+        """Return True if the physics step is not ``timestep`` [s], but for rounding."""
+        return abs(self.physics_period - timestep) > ROUNDING * timestep
+
 
 def _times(name: str, whole: float, part_name: str, part: float, most: int) -> int:
     for given_name, given in ((name, whole), (part_name, part)):
@@ -72,7 +96,7 @@ def _times(name: str, whole: float, part_name: str, part: float, most: int) -> i
             f"{name} = {whole:g} s is {ratio:g} times {part_name} = {part:g} s: at most {most:g} times is possible"
         )
     count = round(ratio)
-    if count < 1 or abs(ratio - count) > 1e-9 * ratio:
+    if count < 1 or abs(ratio - count) > ROUNDING * ratio:
         near = sorted({max(1, int(ratio)) * part, (int(ratio) + 1) * part})
         raise ParameterError(
             f"{name} = {whole:g} s is no multiple of {part_name} = {part:g} s: "

@@ -275,6 +275,13 @@ def prepare(
         actuation=experiment.actuation,
         seed=seed,
     )
+    timestep = float(models.wrist.model.opt.timestep)
+    if experiment.physics_period is None and timing.differs_from(timestep):
+        prepared.warnings.append(
+            f"the physics steps are {timing.physics_period:g} s: the model's timestep of {timestep:g} s does not "
+            f"divide the control period of {timing.control_period:g} s; give physics_period, or the model a timestep "
+            "that does"
+        )
     prepared.warnings += checked_warnings(experiment.reference, experiment.duration)
     return prepared
 
