@@ -228,6 +228,26 @@ def test_an_included_file_opens_nothing_outside_either(tmp_path):
 
 
 @pytest.mark.parametrize(
+    "text",
+    [
+        r'<mujoco><asset><mesh name="m" file="..\secret.obj"/></asset></mujoco>',
+        r'<mujoco><compiler meshdir="..\"/><asset><mesh name="m" file="secret.obj"/></asset></mujoco>',
+        '<!DOCTYPE m [<!ENTITY e "a/b">]><mujoco><asset><mesh name="m" file="&e;/../../secret.obj"/></asset></mujoco>',
+        '<mujoco><INCLUDE file="b.xml"/></mujoco>',
+        '<mujoco><asset><model name="m" file="b.xml"/></asset></mujoco>',
+        '<mujoco><asset><model name="m" file="a.xml"/><model name="n" file="b.xml"/></asset></mujoco>',
+    ],
+)
+def test_names_that_mujoco_reads_otherwise_than_xml_or_the_system_are_confined_too(tmp_path, text):
+    (tmp_path / "in").mkdir()
+    (tmp_path / "in" / "a.xml").write_text(text)
+    (tmp_path / "in" / "b.xml").write_text('<mujoco><include file="../secret.xml"/></mujoco>')
+    with pytest.raises(WristError) as error:
+        check_confined(tmp_path / "in" / "a.xml", tmp_path / "in")
+    assert "outside" in one_line(error.value) or "entities" in one_line(error.value)
+
+
+@pytest.mark.parametrize(
     "text", ["", "<mujoco", "\0", "<!DOCTYPE a [<!ENTITY b SYSTEM 'file:///etc/hosts'>]><a>&b;</a>"]
 )
 def test_a_model_that_is_no_xml_is_one_line(wrist, honest, tmp_path, text):

@@ -56,10 +56,9 @@ class EmbeddedFiles(NamedTuple):
         files: dict[str, bytes] = {}
         missing: dict[str, str] = {}
         for name, group in _groups(experiment, missing):
-            contents, root = portable(group) if name == "model" else (group, _common_folder(group))
-            inside = {file: f"{name}/{file.relative_to(root).as_posix()}" for file in contents}
-            places[name] = inside[next(iter(contents))]
-            files |= {inside[file]: content for file, content in contents.items()}
+            inside = {f"{name}/{path}": content for path, content in group.items()}
+            places[name] = next(iter(inside))
+            files |= inside
         size = sum(map(len, files.values()))
         if size > LARGEST:
             raise RecordingError(
@@ -158,8 +157,10 @@ def _is_of(name: str, path: str) -> bool:
     return path.startswith(f"{name}/")
 
 
-def _common_folder(files: Iterable[Path]) -> Path:
-    return Path(os.path.commonpath([file.parent for file in files]))
+def _as_on_disk(files: Mapping[Path, bytes]) -> dict[str, bytes]:
+    """Return files by path below the folder that they have in common."""
+    root = Path(os.path.commonpath([file.parent for file in files]))
+    return {file.relative_to(root).as_posix(): content for file, content in files.items()}
 
 
 def without_folders(description: Mapping[str, Any], places: Iterable[str]) -> dict[str, Any]:
@@ -223,25 +224,25 @@ def _table(part: Any) -> dict[str, Any]:
     return dict(part) if isinstance(part, Mapping) else {"name": part}
 
 
-def _groups(experiment: Experiment, missing: dict[str, str]) -> Iterator[tuple[str, Mapping[Path, bytes]]]:
-    """Yield, for every parameter that stands for a file, that file first and then the files that it needs.
+def _groups(experiment: Experiment, missing: dict[str, str]) -> Iterator[tuple[str, Mapping[str, bytes]]]:
+    """Yield, for every parameter that stands for a file, that file first and then the files that it needs, by path.
 
     Reasons for parts of which the source is not known are added to ``missing``.
     """
-    yield "model", model_files(experiment.model or default_model())
+    yield "model", portable(experiment.model or default_model())
     for name in PARTS:
         part: Member = getattr(experiment, name)
         if type(part).files:
-            yield name, type(part).files
+            yield name, _as_on_disk(type(part).files)
         elif _is_own_class(name, part):
             try:
-                yield name, _source_files(part)
+                yield name, _as_on_disk(_source_files(part))
             except SourceError as error:
                 missing[name] = str(error)
         for parameter in type(part).model_fields:
             file = getattr(part, parameter)
             if isinstance(file, Path):
-                yield f"{name}.{parameter}", _only(file)
+                yield f"{name}.{parameter}", _as_on_disk(_only(file))
 
 
 def _is_own_class(name: str, part: Member) -> bool:

@@ -2,8 +2,6 @@
 
 import os
 import re
-from collections import OrderedDict
-from collections.abc import Mapping
 from pathlib import Path
 
 import mujoco
@@ -32,7 +30,8 @@ LARGEST = 2**24
 _HEIGHT_FIELD = re.compile(rb"<hfield\b[^>]*>")
 _ROWS_COLUMNS = re.compile(rb"""\b(nrow|ncol)\s*=\s*["']\s*\+?(\d{1,10})""")
 _INCLUDE = re.compile(rb"""<include\b[^>]*\bfile\s*=\s*["']([^"']+)["']""")
-_COMMENT = re.compile(rb"<!--.*?-->", re.DOTALL)
+COMMENT = re.compile(rb"<!--.*?-->", re.DOTALL)
+"""Comment in a text of MJCF."""
 
 
 def _check_sizes(name: str, sizes: dict[str, int]) -> None:
@@ -53,11 +52,12 @@ def _height_field_cells(path: Path) -> int:
         if file in read or not file.exists():
             continue
         read.add(file)
-        text = _COMMENT.sub(b"", read_whole(file))  # which also refuses pipes, where MuJoCo would wait
+        text = COMMENT.sub(b"", read_whole(file))  # which also refuses pipes, where MuJoCo would wait
         for element in _HEIGHT_FIELD.findall(text):
             sizes = dict(_ROWS_COLUMNS.findall(element))
             cells += int(sizes.get(b"nrow", 0)) * int(sizes.get(b"ncol", 0))
-        found += [path.parent / os.fsdecode(each) for each in _INCLUDE.findall(text)]
+        names = map(os.fsdecode, _INCLUDE.findall(text))
+        found += [base / name.replace("\\", "/") for name in names for base in (path.parent, file.parent)]
     return cells
 
 
@@ -126,56 +126,3 @@ def compiled(spec: mujoco.MjSpec, name: str) -> mujoco.MjModel:
                 f"model {name!r} has {place} = {values.max():g}: finite numbers below {mujoco.mjMAXVAL:g} are needed"
             )
     return model
-
-
-_KEPT = 16
-"""Models whose files are kept in memory."""
-
-_files: OrderedDict[Path, Mapping[Path, bytes]] = OrderedDict()
-
-
-def model_files(path: Path) -> Mapping[Path, bytes]:
-    """Read an MJCF file and all files that it includes or takes shapes and pictures from.
-
-    Finding out which files these are takes a hundred times as long as reading them, so the last few answers are kept.
-    They hold as long as no content has changed.
-
-    Returns:
-        Contents by resolved path, the file itself first.
-
-    Raises:
-        ModelError: the file is not valid MJCF, or names files that do not exist or cannot be read.
-    """
-    path = path.resolve()
-    kept = _files.pop(path, None)
-    try:
-        if kept is None or any(read_whole(file) != content for file, content in kept.items()):
-            kept = None
-    except OSError:
-        kept = None
-    try:
-        found = kept if kept is not None else {file: read_whole(file) for file in _dependencies(path)}
-    except OSError as error:
-        raise ModelError(f"model {str(path)!r}: {error.filename!r} cannot be read: {error.strerror}") from None
-    _files[path] = found
-    while len(_files) > _KEPT:
-        _files.popitem(last=False)
-    return found
-
-
-def _dependencies(path: Path) -> list[Path]:
-    """List the resolved paths of an MJCF file and of all files that it needs.
-
-    Raises:
-        ModelError: the file is not valid MJCF, or names files that do not exist.
-    """
-    read_spec(path)
-    try:
-        named = mujoco.mju_getXMLDependencies(str(path))
-    except REFUSALS as error:
-        raise ModelError(f"model {str(path)!r}: its files cannot be found: {one_line(error)}") from None
-    files = dict.fromkeys([path.resolve(), *(Path(each).resolve() for each in named)])
-    missing = [str(file) for file in files if not file.is_file()]
-    if missing:
-        raise ModelError(f"model {str(path)!r} needs {missing[0]!r}, which is not there")
-    return list(files)
