@@ -147,7 +147,8 @@ def test_a_law_tracks_on_an_arm_and_everything_is_in_the_experiment(arm):
     run = simulate(Experiment(model=arm, **names, law="fuzzy_integral_sliding", duration=3.0))
     assert run.experiment.motors == ("a", "b", "c")
     assert run.metrics.max_error_rad < 1e-4
-    assert Experiment(**run.description) == run.experiment
+    assert run.description["model"] == arm.name  # where it was concerns nobody
+    assert Experiment(**{**run.description, "model": arm}) == run.experiment
 
 
 WRONG = {
