@@ -262,7 +262,7 @@ def test_a_random_family_is_the_same_for_the_same_seed_and_begins_alike(seed, sa
         ("WristGrid", {"mass_scale": (0.0,)}),
         ("WristGrid", {"mass_scale": ()}),
         ("WristGrid", {"com_shift": ((1.0, 2.0),)}),
-        ("WristGrid", {"shape": ("square",)}),
+        ("WristGrid", {"shape": ("cubic",)}),
         ("WristGrid", {"masses": (1.0,)}),
         ("RandomWrists", {"samples": 0}),
         ("RandomWrists", {"mass_scale": (2.0, 1.0)}),

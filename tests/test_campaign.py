@@ -8,6 +8,7 @@ import resource
 import shlex
 import shutil
 import signal
+import stat
 import subprocess
 import sys
 import time
@@ -427,6 +428,8 @@ def test_a_full_disk_is_said_and_the_campaign_resumes(whole, copy, wrist, monkey
     write, count = os.write, [0]
 
     def full(descriptor, data):
+        if not stat.S_ISREG(os.fstat(descriptor).st_mode):  # what wakes a thread is no disk
+            return write(descriptor, data)
         count[0] += 1
         if count[0] > 2:
             raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))

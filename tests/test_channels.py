@@ -258,7 +258,11 @@ def test_recordings_of_format_1_are_simulated_again_from_themselves(path):
     found = replay(path, trust=True)
     assert found.same_outcome or found.circumstances
     if not {name for name in found.circumstances if name != "spherical-wrist"}:
-        assert found.identical, [each.name for each in found.series.arrays if not each.same]
+        assert not found.metrics
+        assert {each.name for each in found.series.arrays if not each.same} <= {"law_state"}
+        if "law_state" in found.again.channels:  # in which the arithmetic of a law has been put in another order
+            states = (run.channels["law_state"] for run in (found.again, found.recorded))
+            np.testing.assert_allclose(*states, rtol=1e-12, atol=1e-12)
     elif found.recorded.outcome.status == "completed":
         assert set(found.again.channels) == set(found.recorded.channels)
         for name in channel_names():

@@ -112,9 +112,9 @@ def _series(tables: "_Tables", entries: Mapping[str, Mapping[str, Any]]) -> Seri
 
 _STATE_OF_FORMAT_1 = {
     "fuzzy_integral_sliding": [
+        *(6 + 20 * i + n for i in range(3) for n in range(16)), 1, 0,
         *(3 + 20 * i for i in range(3)), *(4 + 20 * i for i in range(3)), *(5 + 20 * i for i in range(3)),
-        *(6 + 20 * i + n for i in range(3) for n in range(16)),
-        *(2 + 20 * i for i in range(3)), 1, 0,
+        *(2 + 20 * i for i in range(3)),
     ]
 }  # fmt: skip
 """Columns of the state in format 1, in their present order, of laws whose order has changed."""
