@@ -1,5 +1,7 @@
 """Wrists within larger models: parts found by name, other joints held, a mount that is turned."""
 
+import re
+
 import mujoco
 import numpy as np
 import pytest
@@ -155,14 +157,17 @@ WRONG = {
     "joint not said": (Names(), ("shoulder", "finger", "--joint")),
     "joint unknown": (Names("sholder"), ("'sholder'", "'shoulder'")),
     "joint is a hinge": (Names("jaw"), ("hinge", "shoulder", "finger")),
-    "motors not said": (Names("shoulder"), ("a, spare, c", "--motors")),
-    "no motors there": (Names("finger"), ('<motor joint="finger"', "acts on something else")),
+    "motors not said": (Names("shoulder"), ("a, spare and c", "--motors")),
+    "no motors there": (
+        Names("finger"),
+        ('<motor joint="finger"', "0 of three", "hoist, b, pull, a, spare and 2 more act on something else"),
+    ),
     "motor unknown": (Names("shoulder", ("a", "b", "d")), ("'d'", "hoist")),
     "motor twice": (Names("shoulder", ("a", "b", "b")), ("three different",)),
     "a servo": (Names("shoulder", ("a", "b", "servo")), ("'servo'", "servo, not a plain motor")),
     "a motor elsewhere": (Names("shoulder", ("a", "b", "pull")), ("'pull'", "something else")),
     "in a plane": (Names("shoulder", ("a", "b", "a")), ("three different",)),
-    "tip not said": (Names("shoulder", ("a", "b", "c")), ("mark, end", "--tip")),
+    "tip not said": (Names("shoulder", ("a", "b", "c")), ("mark and end", "--tip")),
     "tip unknown": (Names("shoulder", ("a", "b", "c"), "ende"), ("'ende'", "'end'")),
 }
 
@@ -239,6 +244,65 @@ def test_a_motor_in_the_parents_frame_is_told_apart():
 def test_a_model_without_a_wrist_tells_what_it_has():
     with pytest.raises(ModelError, match=r"lid \(hinge\)"):
         wrist_of('<mujoco><worldbody><body><joint name="lid"/><geom size=".1"/></body></worldbody></mujoco>')
+
+
+MISSING = {
+    "name": mjcf(motors="").replace('name="w" ', ""),
+    "name, tip": mjcf("", motors="").replace('name="w" ', ""),
+    "name that is taken, motors": mjcf(motors="")
+    .replace('name="w" ', "")
+    .replace("</worldbody>", BALL.replace('"other" type="ball"', '"wrist" type="hinge"')),
+    "motors": mjcf(motors=""),
+    "motors, tip": mjcf("", motors=""),
+    "tip": mjcf(""),
+}
+
+
+@pytest.mark.parametrize("text", MISSING.values(), ids=MISSING)
+def test_a_model_that_follows_the_advice_is_a_wrist(text):
+    """All that is missing is said at once, in MJCF that can be copied."""
+    with pytest.raises(ModelError) as error:
+        wrist_of(text)
+    told = one_line(error.value)
+    assert "<0>" not in told
+    if joint := re.search(r'<joint name="(\w+)" type="ball"/>', told):
+        assert "body 'rotor' has no name" in told
+        text = text.replace('<joint type="ball"', f'<joint name="{joint[1]}" type="ball"')
+    if motor := re.search(r'<motor joint="\w+" gear="1 0 0"/>', told):
+        motors = "".join(motor[0].replace("1 0 0", gear) for gear in ("1 0 0", "0 1 0", "0 0 1"))
+        text = text.replace("<actuator>", f"<actuator>{motors}")
+    if site := re.search(r'<site name="tip" pos="…"/>', told):
+        assert "to body 'rotor'" in told
+        text = text.replace("</body>", site[0].replace("…", "0 0 -0.1") + "</body>", 1)
+    assert wrist_of(text).lever[2] < -0.05
+
+
+def test_long_lists_in_messages_are_cut():
+    many = "".join(
+        f'<body pos="{n} 0 1"><joint name="j{n}" type="ball"/><geom size="0.1"/></body>' for n in range(1, 61)
+    )
+    servos = "".join(f'<position name="p{n}" joint="j{n}" kp="1"/>' for n in range(1, 61))
+    sites = "".join(f'<site name="s{n}"/>' for n in range(60))
+    text = mjcf(sites, motors=servos).replace("</worldbody>", many + "</worldbody>")
+    full = mjcf(sites, motors=MOTORS + servos).replace("</worldbody>", many + "</worldbody>")
+    elastic = mjcf(motors='<position joint="w" kp="1"/>' * 60)
+    hinges = text.replace('type="ball"', 'type="hinge"').replace("<position", "<motor").replace('kp="1"', "")
+    cases = [
+        (text, Names(), "w, j1, j2, j3, j4 and 56 more"),
+        (text, Names("k1"), "50 more"),
+        (text, Names("w"), "p1, p2, p3, p4, p5 and 55 more act on something else"),
+        (text, Names("w"), "none of s0, s1, s2, s3, s4 and 55 more is called 'tip'"),
+        (full, Names("w", tip="s99"), "49 more"),
+        (full, Names("w", ("a", "b", "c")), "52 more"),
+        (elastic, Names(), "48 more"),
+        (mjcf(motors=MOTORS * 20), Names(), "and 55 more (give those in angle brackets a name in the file)"),
+        (hinges, Names(), "w (hinge), j1 (hinge), j2 (hinge), j3 (hinge), j4 (hinge) and 56 more"),
+    ]
+    for model, names, told in cases:
+        with pytest.raises(ModelError) as error:
+            wrist_of(model, names)
+        assert told in one_line(error.value)
+        assert len(str(error.value)) < 900
 
 
 def test_the_package_needs_no_names():

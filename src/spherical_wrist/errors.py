@@ -57,13 +57,17 @@ class UnknownNameError(ParameterError):
         given: name as it was given.
         valid: valid names.
         advice: text appended to the message.
+        most: largest number of valid names that are listed; None for all.
     """
 
-    def __init__(self, kind: str, given: object, valid: Iterable[str], advice: str = "") -> None:
+    def __init__(
+        self, kind: str, given: object, valid: Iterable[str], advice: str = "", *, most: int | None = None
+    ) -> None:
         names = sorted(valid)
         near = get_close_matches(str(given), names, n=1, cutoff=0.5)
         guess = f"; did you mean {near[0]!r}?" if near else ""
-        super().__init__(f"unknown {kind} {str(given)!r}{guess} (valid: {', '.join(names)}){advice}")
+        shown = ", ".join(names) if most is None or len(names) <= most else listed(names, most)
+        super().__init__(f"unknown {kind} {str(given)!r}{guess} (valid: {shown}){advice}")
 
 
 MOST_BITS = 1024

@@ -47,7 +47,7 @@ def find_camera(model: mujoco.MjModel, name: str) -> mujoco.MjvCamera:
             camera.azimuth, camera.elevation = VIEW
         camera.distance *= STEP_BACK
     else:
-        raise UnknownNameError("camera", name, camera_names(model))
+        raise UnknownNameError("camera", name, camera_names(model), most=12)
     return camera
 
 

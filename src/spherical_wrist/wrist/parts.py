@@ -7,7 +7,7 @@ import mujoco
 import numpy as np
 import numpy.typing as npt
 
-from spherical_wrist.errors import ModelError, UnknownNameError
+from spherical_wrist.errors import ModelError, UnknownNameError, listed
 from spherical_wrist.wrist.mjcf import ADVICE
 
 Array = npt.NDArray[np.float64]
@@ -33,13 +33,18 @@ class Names(NamedTuple):
 UNNAMED = Names()
 """No names: the model has one candidate for each part."""
 
+SITE = '<site name="tip" pos="…"/>'
+ELSEWHERE = "acts on something else"
+MOST = 12
+"""Most names of a model that a message lists as valid."""
+
 
 def name_of(model: mujoco.MjModel, kind: mujoco.mjtObj, index: int) -> str:
     """Return the name of an element, or its number in angle brackets if it has none."""
     return mujoco.mj_id2name(model, kind, index) or f"<{index}>"
 
 
-def ball_joint(model: mujoco.MjModel, wanted: str | None, name: str) -> int:
+def ball_joint(model: mujoco.MjModel, wanted: str | None) -> int:
     """Find the index of the wrist's joint.
 
     Raises:
@@ -49,19 +54,23 @@ def ball_joint(model: mujoco.MjModel, wanted: str | None, name: str) -> int:
     joints = {name_of(model, OBJECT.mjOBJ_JOINT, j): kind for j, kind in enumerate(kinds)}
     balls = [joint for joint, kind in joints.items() if kind == "ball"]
     if not balls:
-        listed = ", ".join(f"{joint} ({kind})" for joint, kind in joints.items()) or "none"
-        raise ModelError(f'model {name!r} has no ball joint (its joints: {listed}): a wrist has <joint type="ball"/>')
+        found = listed([f"{joint} ({kind})" for joint, kind in joints.items()] or ["none"])
+        free = _free_name(model)
+        raise ModelError(
+            f'no ball joint (its joints: {found}): a wrist has <joint name="{free}" type="ball"/> in the body that '
+            f"turns, three motors on it, {_motor(free)} and the like for y and z, and {SITE} in a body that it moves"
+        )
     if wanted is None and len(balls) > 1:
-        raise ModelError(f"model {name!r} has ball joints {', '.join(balls)}: name the wrist's: --joint NAME")
+        raise ModelError(f"ball joints {_choice(balls)}: name the wrist's: --joint NAME")
     chosen = balls[0] if wanted is None else wanted
     if chosen not in joints:
-        _unknown("joint", chosen, balls, name)
+        _unknown("joint", chosen, balls)
     if joints[chosen] != "ball":
-        raise ModelError(f"model {name!r}: joint {chosen!r} is a {joints[chosen]}; its ball joints: {', '.join(balls)}")
+        raise ModelError(f"joint {chosen!r} is a {joints[chosen]}; its ball joints: {_choice(balls)}")
     return list(joints).index(chosen)
 
 
-def torque_motors(model: mujoco.MjModel, joint: int, wanted: Sequence[str] | None, name: str) -> list[int]:
+def torque_motors(model: mujoco.MjModel, joint: int, wanted: Sequence[str] | None) -> list[int]:
     """Find the indices of the three motors.
 
     Raises:
@@ -75,27 +84,47 @@ def torque_motors(model: mujoco.MjModel, joint: int, wanted: Sequence[str] | Non
     if wanted is None:
         if len(plain) == AXES:
             return plain
-        where = name_of(model, OBJECT.mjOBJ_JOINT, joint)
         if len(plain) > AXES:
-            found = ", ".join(actuators[a] for a in plain)
+            where = name_of(model, OBJECT.mjOBJ_JOINT, joint)
+            found = _choice([actuators[a] for a in plain])
             raise ModelError(
-                f"model {name!r} has {len(plain)} torque motors on joint {where!r} ({found}): "
-                "name the wrist's three: --motors A,B,C"
+                f"{len(plain)} torque motors on joint {where!r}, namely {found}: name the wrist's three: --motors A,B,C"
             )
-        others = "; ".join(f"{actuators[a]} {faults[a]}" for a in everyone if faults[a])
-        raise ModelError(
-            f"model {name!r} has {len(plain)} of three torque motors that joint {where!r} needs"
-            + (f" ({others})" if others else "")
-            + f'; add <motor joint="{where}" gear="1 0 0"/> and the like for y and z'
-        )
+        raise ModelError(_motors_missing(model, joint, len(plain), actuators, faults))
     if len(wanted) != AXES or len(set(wanted)) != AXES:
-        raise ModelError(f"model {name!r}: motors {', '.join(wanted)}: three different ones are needed")
+        raise ModelError(f"motors {', '.join(wanted)}: three different ones are needed")
     for each in wanted:
         if each not in actuators:
-            _unknown("motor", each, actuators, name)
+            _unknown("motor", each, actuators)
         if fault := faults[actuators.index(each)]:
-            raise ModelError(f"model {name!r}: actuator {each!r} {fault}: three torque motors on the joint are needed")
+            raise ModelError(f"actuator {each!r} {fault}: three torque motors on the joint are needed")
     return sorted(actuators.index(each) for each in wanted)
+
+
+def _motors_missing(
+    model: mujoco.MjModel, joint: int, count: int, actuators: Sequence[str], faults: Sequence[str]
+) -> str:
+    """Say which motors a joint lacks, what the others are, and what to add to the file."""
+    name = mujoco.mj_id2name(model, OBJECT.mjOBJ_JOINT, joint)
+    if not name:  # then no motor can act on it
+        body, free = name_of(model, OBJECT.mjOBJ_BODY, int(model.jnt_bodyid[joint])), _free_name(model)
+        return (
+            f"the ball joint of body {body!r} has no name, so that no motor can act on it: write "
+            f'<joint name="{free}" type="ball"/> there, and add {_motor(free)} and the like for y and z to <actuator>'
+        )
+    found = list(zip(actuators, faults, strict=True))
+    elsewhere = [actuator for actuator, fault in found if fault == ELSEWHERE]
+    others = [f"{actuator} {fault}" for actuator, fault in found if fault and fault != ELSEWHERE]
+    others[MOST:] = [f"{len(others) - MOST} more"] if len(others) > MOST else []
+    if elsewhere:
+        others.append(f"{listed(elsewhere)} {ELSEWHERE if len(elsewhere) == 1 else 'act on something else'}")
+    advice = (
+        f'add <motor joint="{name}" gear="…"/>, so that the three gears span all axes'
+        if count
+        else f"add {_motor(name)} and the like for y and z"
+    )
+    reasons = f" ({'; '.join(others)})" if others else ""
+    return f"{count} of three torque motors that joint {name!r} needs{reasons}: {advice}"
 
 
 def _fault(model: mujoco.MjModel, actuator: int, joint: int) -> str:
@@ -104,7 +133,7 @@ def _fault(model: mujoco.MjModel, actuator: int, joint: int) -> str:
     if kind == TRANSMISSION.mjTRN_JOINTINPARENT and target == joint:
         return "has its axis in the parent's frame (use joint= instead of jointinparent=)"
     if kind not in (TRANSMISSION.mjTRN_JOINT, TRANSMISSION.mjTRN_SO3) or target != joint:
-        return "acts on something else"
+        return ELSEWHERE
     if model.actuator_dyntype[actuator] != mujoco.mjtDyn.mjDYN_NONE:
         return "has dynamics of its own (the experiment's actuation has a lag)"
     if (
@@ -136,7 +165,7 @@ def motor_matrix(model: mujoco.MjModel, motors: Sequence[int], name: str) -> tup
     return matrix, bounds[:, 0].copy(), bounds[:, 1].copy()
 
 
-def tip_site(model: mujoco.MjModel, body: int, wanted: str | None, name: str) -> int:
+def tip_site(model: mujoco.MjModel, body: int, wanted: str | None) -> int:
     """Find the index of the tip site: the named one, else the one called ``tip``, else the only one that moves.
 
     Raises:
@@ -147,20 +176,33 @@ def tip_site(model: mujoco.MjModel, body: int, wanted: str | None, name: str) ->
     names = {name_of(model, OBJECT.mjOBJ_SITE, s): s for s in moving}
     if wanted is not None and wanted not in names:
         if mujoco.mj_name2id(model, OBJECT.mjOBJ_SITE, wanted) >= 0:
-            listed = ", ".join(names) or "none"
-            raise ModelError(
-                f"model {name!r}: site {wanted!r} is not on a body that the ball joint moves (sites there: {listed})"
-            )
-        _unknown("site", wanted, names, name)
+            there = listed(list(names) or ["none"])
+            raise ModelError(f"site {wanted!r} is not on a body that the ball joint moves (sites there: {there})")
+        _unknown("site", wanted, names)
     if wanted is None and "tip" not in names and len(moving) != 1:
-        listed = f"none of {', '.join(names)} is called 'tip': name it: --tip SITE" if names else "it has no site"
-        where = name_of(model, OBJECT.mjOBJ_BODY, body)
-        raise ModelError(
-            f"model {name!r}: the tool tip is a site on a body that the ball joint moves, and {listed}"
-            + ("" if names else f'; add <site name="tip" pos="…"/> to body {where!r} or one that it carries')
-        )
+        if names:
+            found = f"none of {_choice(list(names))} is called 'tip': name it: --tip SITE"
+        else:
+            where = name_of(model, OBJECT.mjOBJ_BODY, body)
+            found = f"it has no site: add {SITE} to body {where!r} or one that it carries"
+        raise ModelError(f"the tool tip is a site on a body that the ball joint moves, and {found}")
     return names["tip" if wanted is None and "tip" in names else wanted or next(iter(names))]
 
 
-def _unknown(kind: str, wanted: str, valid: Sequence[str] | dict[str, int], name: str) -> NoReturn:
-    raise ModelError(f"model {name!r}: {UnknownNameError(kind, wanted, valid)}")
+def _choice(names: Sequence[str]) -> str:
+    """List the names of a model that one can be chosen from; those without a name need one."""
+    unnamed = any(name.startswith("<") for name in names)
+    return listed(names) + (" (give those in angle brackets a name in the file)" if unnamed else "")
+
+
+def _free_name(model: mujoco.MjModel) -> str:
+    """Return a name for the wrist's joint that no joint has yet."""
+    return "wrist" if mujoco.mj_name2id(model, OBJECT.mjOBJ_JOINT, "wrist") < 0 else "wrist_ball"
+
+
+def _motor(joint: str) -> str:
+    return f'<motor joint="{joint}" gear="1 0 0"/>'
+
+
+def _unknown(kind: str, wanted: str, valid: Sequence[str] | dict[str, int]) -> NoReturn:
+    raise ModelError(str(UnknownNameError(kind, wanted, valid, most=MOST)))

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from spherical_wrist.compat.libmujoco import warnings_kept_in_data
+from spherical_wrist.errors import ModelError
 from spherical_wrist.wrist.dynamics_check import check_motors, check_passive, remarks
 from spherical_wrist.wrist.mjcf import compiled, default_model, read_spec
 from spherical_wrist.wrist.parts import AXES, UNNAMED, Names, ball_joint, motor_matrix, tip_site, torque_motors
@@ -78,16 +79,30 @@ class Wrist:
                 controller's model cannot know.
         """
         whole = model = compiled(spec, name)
-        joint = ball_joint(model, names.joint, name)
-        motors = torque_motors(model, joint, names.motors, name)
-        check_motors(model, motors, name)
-        if model.njnt > 1 or model.nactuator > AXES:
+        missing: list[str] = []
+        joint, motors, site = 0, list[int](), 0
+        try:
+            joint = ball_joint(model, names.joint)
+        except ModelError as error:
+            raise ModelError(f"model {name!r}: {error}") from None
+        try:
+            motors = torque_motors(model, joint, names.motors)
+        except ModelError as error:
+            missing.append(str(error))
+        else:
+            check_motors(model, motors, name)
+        if model.njnt > 1 or model.nactuator > len(motors):
             spec = reduced(spec, model, joint, motors)
             model = compiled(spec, name)
+        body = int(model.jnt_bodyid[0])
+        try:
+            site = tip_site(model, body, names.tip)
+        except ModelError as error:
+            missing.append(str(error))
+        if missing:
+            raise ModelError(f"model {name!r}: {'; and '.join(missing)}")
         check_passive(model, name)
         warnings = tuple(remarks(whole, joint, motors, model))
-        body = int(model.jnt_bodyid[0])
-        site = tip_site(model, body, names.tip, name)
         matrix, lower, upper = motor_matrix(model, range(AXES), name)
         data = mujoco.MjData(model)
         mujoco.mj_forward(model, data)
