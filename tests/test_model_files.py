@@ -259,3 +259,27 @@ def test_files_are_read_anew_when_one_has_changed(tmp_path):
     assert len(model_files(model)) == 2
     (tmp_path / "models" / "g" / "a.obj").write_bytes(CONTENTS["b.obj"])
     assert CONTENTS["b.obj"] in model_files(model).values()
+
+
+@pytest.mark.parametrize("file", ["m.xml", "sub/../m.xml", "n.xml"])
+@pytest.mark.parametrize("kind", ["<asset><model name='q' file='{}'/></asset>", "<include file='{}'/>"])
+def test_a_model_that_is_a_part_of_itself_is_one_line(wrist, tmp_path, kind, file):
+    """MuJoCo would attach it until the stack is full."""
+    (tmp_path / "m.xml").write_text(mjcf(more=kind.format(file)))
+    (tmp_path / "n.xml").write_text(part(kind.format("m.xml"), ""))
+    code, _, err = wrist("run", "--model", tmp_path / "m.xml", "--no-recording")
+    assert (code, err.count("\n")) == (2, 1), err
+    assert "itself" in err
+
+
+def test_one_model_may_be_attached_by_two_others(tmp_path):
+    child = part("<body name='child'><geom size='.01'/></body>", "worldbody")
+    own = "<worldbody><attach model='child' body='child' prefix='{}_'/></worldbody>"
+    named = '<asset><model name="child" file="c.xml"/></asset>'
+    (tmp_path / "c.xml").write_text(child)
+    (tmp_path / "i.xml").write_text(part(named + own.format("i"), ""))
+    (tmp_path / "m.xml").write_text(mjcf(more=named + own.format("m")))
+    (tmp_path / "both.xml").write_text(
+        mjcf(more='<asset><model name="one" file="m.xml"/><model name="two" file="i.xml"/></asset>')
+    )
+    assert len(model_files(tmp_path / "both.xml")) == 4

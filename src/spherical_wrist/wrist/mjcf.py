@@ -2,6 +2,7 @@
 
 import os
 import re
+from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
 import mujoco
@@ -10,6 +11,7 @@ import numpy as np
 from spherical_wrist.compat.libmujoco import warnings_kept_in_data
 from spherical_wrist.errors import ModelError, one_line
 from spherical_wrist.files import read_whole
+from spherical_wrist.wrist.named_files import slashed
 
 ADVICE = "`wrist guide wrist` lists what a wrist model needs"
 
@@ -29,7 +31,7 @@ LARGEST = 2**24
 
 _HEIGHT_FIELD = re.compile(rb"<hfield\b[^>]*>")
 _ROWS_COLUMNS = re.compile(rb"""\b(nrow|ncol)\s*=\s*["']\s*\+?(\d{1,10})""")
-_INCLUDE = re.compile(rb"""<include\b[^>]*\bfile\s*=\s*["']([^"']+)["']""")
+_TEXT = re.compile(rb"""(?i)<(include|model)\b[^>]*\bfile\s*=\s*["']([^"']+)["']""")
 COMMENT = re.compile(rb"<!--.*?-->", re.DOTALL)
 """Comment in a text of MJCF."""
 
@@ -42,23 +44,52 @@ def _check_sizes(name: str, sizes: dict[str, int]) -> None:
 
 
 def _height_field_cells(path: Path) -> int:
-    """Add up the cells of the height fields in a file and in those that it includes.
+    """Add up the cells of the height fields in a file and in those that it includes or attaches.
 
     MuJoCo allocates them while it parses, so they are looked up in the text.
+
+    Raises:
+        ModelError: a file includes or attaches itself, by which MuJoCo would end the process.
+        OSError: a file cannot be read.
     """
-    cells, found, read = 0, [path], set[Path]()
-    while found:
-        file = found.pop()
-        if file in read or not file.exists():
+    cells, read, named_by = 0, set[tuple[Path, Path]](), TopologicalSorter[Path]()
+    path = Path(os.path.normpath(Path.cwd() / path))
+    waiting = [(path, path)]
+    while waiting:
+        file, main = waiting.pop()
+        if (file, main) in read or not file.exists():
             continue
-        read.add(file)
+        read.add((file, main))
         text = COMMENT.sub(b"", read_whole(file))  # which also refuses pipes, where MuJoCo would wait
         for element in _HEIGHT_FIELD.findall(text):
             sizes = dict(_ROWS_COLUMNS.findall(element))
             cells += int(sizes.get(b"nrow", 0)) * int(sizes.get(b"ncol", 0))
-        names = map(os.fsdecode, _INCLUDE.findall(text))
-        found += [base / name.replace("\\", "/") for name in names for base in (path.parent, file.parent)]
+        for tag, name in _TEXT.findall(text):
+            named = text_named(tag.decode().lower(), slashed(os.fsdecode(name)), file, main)
+            named_by.add(file, named)
+            waiting.append((named, named if tag == b"model" else main))
+    try:
+        named_by.prepare()
+    except CycleError as error:
+        raise ModelError(f"model {str(path)!r}: {error.args[1][0].name!r} includes or attaches itself") from None
     return cells
+
+
+def text_named(tag: str, name: str, text: Path, main: Path) -> Path:
+    """Return the MJCF file that an element of another one names.
+
+    Args:
+        tag: ``include`` or ``model``.
+        name: what it names, with slashes.
+        text: file that the element is in.
+        main: MJCF file of the model, which may be the same.
+
+    Returns:
+        The first file that is there, where MuJoCo looks for it; the first place without any.
+    """
+    bases = (text.parent, main.parent) if tag == "model" else (main.parent, text.parent)
+    places = [Path(os.path.normpath(base / name)) for base in bases]
+    return next((each for each in places if each.is_file()), places[0])
 
 
 def _sizes(spec: mujoco.MjSpec) -> dict[str, int]:

@@ -13,7 +13,7 @@ import mujoco
 
 from spherical_wrist.errors import ModelError
 from spherical_wrist.files import read_whole
-from spherical_wrist.wrist.mjcf import COMMENT, read_spec
+from spherical_wrist.wrist.mjcf import COMMENT, read_spec, text_named
 from spherical_wrist.wrist.named_files import FILE, FOLDER, check_confined, slashed
 
 _ELEMENT = re.compile(rb"""<(\w+)((?:[^<>"']|"[^"]*"|'[^']*')*)>""")
@@ -173,8 +173,7 @@ def _names(text: Path, main: Path, spec: mujoco.MjSpec, strip: bool) -> Iterator
             if not FILE.fullmatch(key) or not found[3]:
                 continue
             if tag in ("include", "model"):
-                here = (main.parent, text.parent) if tag == "include" else (text.parent, main.parent)
-                file = next((each for each in (_joined(base, name) for base in here) if each.is_file()), here[0] / name)
+                file = text_named(tag, name, text, main)
             else:
                 folder = spec.texturedir if tag == "texture" else spec.meshdir
                 if tag == "flexcomp":
