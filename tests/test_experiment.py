@@ -206,7 +206,6 @@ def test_a_wrong_law_file_is_refused_in_one_line(tmp_path, text, name, said):
 @pytest.mark.parametrize(
     ("fault", "said"),
     [
-        ("command.torque[i] = float('nan')", "nan"),
         ("raise ValueError('too late')", "too late"),
         ("command.torque[i + 7] = 0.0", "IndexError"),
     ],

@@ -35,10 +35,10 @@ nitpick_ignore_regex = [
         r"py:.*",
         r"(?!spherical_wrist\b)([a-z_]\w*|PIL)(\.\w+)+",
     ),
-    (r"py:class", r"NDArray|void|u?(float|int)\d+"),
+    (r"py:class", r"NDArray|void|u?(float|int|complex)\d+"),
     (r"py:exc", r"CancelledError|ResetNeeded"),
     (r"py:class", r"spherical_wrist\..*\.(Item|Made|Result|Task|Value)"),
-    (r"py:class", r"PPoly|ViewerClient|tuple\[float"),  # written as text, because importing them takes time
+    (r"py:class", r"PPoly|CubicSpline|ViewerClient|tuple\[float"),  # written as text, because importing them takes time
 ]
 
 html_theme = "furo"

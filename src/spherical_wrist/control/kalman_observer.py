@@ -71,7 +71,7 @@ def kalman_gain(
     """Return the stationary gain L (5, 2) of the filter; the arguments are those of :class:`KalmanLaw`.
 
     Raises:
-        LawError: see :func:`riccati`.
+        LawError: see :func:`.riccati.riccati`.
     """
     from scipy.linalg import expm
 

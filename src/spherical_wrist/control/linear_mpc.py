@@ -121,7 +121,7 @@ def program(angle: float) -> dict[str, Array]:
         angle: ω T.
 
     Raises:
-        LawError: see :func:`riccati`.
+        LawError: see :func:`.riccati.riccati`.
     """
     # x = (e, ė, c) and c⁺ − c, in units of 1/ω; the weight of the change of c is then that of 1/ω² in 1/ω⁶
     Q, h = np.diag([1.0, 0.0, 0.0]), angle

@@ -81,7 +81,7 @@ def regulator_gain(period: float, bandwidth: float) -> Array:
         bandwidth: ω [1/s].
 
     Raises:
-        LawError: see :func:`riccati`.
+        LawError: see :func:`.riccati.riccati`.
     """
     h = bandwidth * period  # in units of 1/ω, in which the weights are 1; u pulls the other way
     A, B = np.array([[1.0, h], [0.0, 1.0]]), np.array([[0.5 * h * h], [h]])

@@ -1,10 +1,10 @@
 """Warnings of runs: the table of what makes the figures of a run doubtful, and how it is said.
 
 A run that is right says nothing. A warning is one plain sentence with the figure, what it means, and the setting that
-helps. :attr:`.Run.warnings` has those of one run, from three sources:
+helps. ``Run.warnings`` has those of one run, from three sources:
 
-- the prepared experiment: :attr:`.Wrist.warnings` of the model, :meth:`.Reference.warnings` of the motion, and
-  whatever else is appended to :attr:`.ClosedLoop.warnings`, before the run or while it goes on;
+- the prepared experiment: ``Wrist.warnings`` of the model, :meth:`.Reference.warnings` of the motion, and
+  whatever else is appended to ``ClosedLoop.warnings``, before the run or while it goes on;
 - the finished run: :data:`CHECKS`, over its metrics.
 
 To contribute a check of a run, add an entry to :data:`CHECKS`, over a metric of
