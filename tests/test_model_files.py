@@ -111,6 +111,13 @@ WAYS = {
         },
         ["models/sub/sub/a.obj"],
     ),
+    "comments that are no XML": (
+        {
+            "models/m.xml": including("r.xml").replace("<default>", "<!-- --- the palm --- --><default>"),
+            "models/r.xml": part(f"<!---- shapes ----><!-- Gel\udce4nder -->{MESH.format('a.obj')}"),
+        },
+        ["models/a.obj"],
+    ),
     "a stripped path": (
         {"models/m.xml": assets(MESH.format("/exported/from/a.obj"), 'meshdir="g" strippath="true"')},
         ["models/g/a.obj"],
@@ -201,7 +208,7 @@ def written(folder, way):
     texts, kept = WAYS[way]
     for path, text in texts.items():
         (folder / path).parent.mkdir(parents=True, exist_ok=True)
-        (folder / path).write_text(text.replace("{there}", str(folder)))
+        (folder / path).write_bytes(text.replace("{there}", str(folder)).encode(errors="surrogateescape"))
     for each in kept:
         path, _, other = each.partition("=")
         (folder / path).parent.mkdir(parents=True, exist_ok=True)
@@ -234,7 +241,9 @@ def test_a_moved_model_is_the_same_to_the_last_bit(tmp_path, way):
     assert portable(moved) == files  # so that a replay can be recorded
 
 
-@pytest.mark.parametrize("way", ["a folder beside, named after the include", "a stripped path", "an attached model"])
+@pytest.mark.parametrize("way", [
+    "a folder beside, named after the include", "a stripped path", "an attached model", "comments that are no XML",
+])  # fmt: skip
 def test_a_run_is_replayed_without_the_files_of_its_model(tmp_path, way):
     model = written(tmp_path / "there", way)
     record(simulate(Experiment(model=model, duration=0.1)), tmp_path / "run.rrd")

@@ -7,6 +7,7 @@ from collections import OrderedDict, defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
+from xml.etree import ElementTree
 from xml.sax.saxutils import escape
 
 import mujoco
@@ -75,6 +76,8 @@ def portable(path: Path) -> Mapping[str, bytes]:
 
 def _moved(contents: Mapping[Path, bytes], names: Sequence[_Name]) -> dict[str, bytes]:
     main = next(iter(contents))
+    texts = {main, *(name.file for name in names if name.is_text)}
+    contents = {file: _well_formed(content) if file in texts else content for file, content in contents.items()}
     root = Path(os.path.commonpath([file.parent for file in contents]))
     try:
         check_confined(main, root)
@@ -104,6 +107,19 @@ def _flat(contents: Mapping[Path, bytes], names: Sequence[_Name]) -> dict[str, b
                 without = {(a.start(), a.end()): b"" for key, a in attributes if FOLDER.fullmatch(key)}
                 edits[file] |= without | {(a.start(), a.end()): b"" for key, a in attributes if key == "strippath"}
     return {places[file]: _edited(content, edits[file]) for file, content in contents.items()}
+
+
+def _well_formed(content: bytes) -> bytes:
+    """Return a text with blank comments if it is no XML with them: MuJoCo accepts hyphens and any bytes there."""
+    try:
+        ElementTree.fromstring(content)
+    except (ElementTree.ParseError, ValueError, LookupError):
+        return COMMENT.sub(_blank, content)
+    return content
+
+
+def _blank(comment: re.Match[bytes]) -> bytes:
+    return re.sub(rb"[^\n]", b" ", comment[0])
 
 
 def _free(name: str, taken: set[str]) -> str:
@@ -191,7 +207,7 @@ def _names(text: Path, main: Path, spec: mujoco.MjSpec, strip: bool) -> Iterator
 
 def _elements(content: bytes) -> Iterator[tuple[str, list[tuple[str, re.Match[bytes]]]]]:
     """Yield every element of a text that is not in a comment: its tag, and its attributes by key, with their places."""
-    content = COMMENT.sub(lambda comment: b" " * len(comment[0]), content)
+    content = COMMENT.sub(_blank, content)
     for element in _ELEMENT.finditer(content):
         attributes = _ATTRIBUTE.finditer(content, *element.span(2))
         yield element[1].decode(), [(found[1].decode(), found) for found in attributes]
