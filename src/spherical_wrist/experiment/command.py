@@ -135,7 +135,7 @@ def _shortest(owner: Parameters, name: str) -> Any:
 def _setting(name: str, value: Any) -> Iterator[str]:
     if value is None:
         raise ParameterError(f"{name} = None cannot be written on the command line: leave it at its default")
-    if name == "motors":
+    if name in FLAGS and isinstance(value, list) and all(isinstance(each, str) for each in value):
         yield from (FLAGS[name], ",".join(value))
     elif name in FLAGS:
         yield from (FLAGS[name], value if isinstance(value, str) else toml(value))

@@ -98,6 +98,9 @@ class Experiment(Parameters):
         None, "", "three motors on that joint, if there are more: a list, or A,B,C"
     )
     tip: str | None = quantity(None, "", "site of the tool tip, if there are several and none is called tip")
+    hinges: Annotated[tuple[str, str, str] | None, BeforeValidator(_names)] = quantity(
+        None, "", "three hinges to be turned into the ball joint, with their motors: a list, or A,B,C"
+    )
 
     def __init__(self, /, **values: Any) -> None:
         if values.get("duration") == WHOLE:
@@ -128,7 +131,7 @@ class Experiment(Parameters):
         """MJCF file of the wrist, with the names of its parts."""
         from spherical_wrist.wrist import Names, WristFile
 
-        return WristFile(self.model, Names(self.joint, self.motors, self.tip))
+        return WristFile(self.model, Names(self.joint, self.motors, self.tip, self.hinges))
 
     def nominal(self) -> "Wrist":
         """Load the nominal wrist.

@@ -74,6 +74,7 @@ OPTIONS = (
     ParameterOption("seed", "--seed", int),
     ParameterOption("model", "--model", Path, "FILE.xml"),
     ParameterOption("joint", "--joint", str, "NAME"),
+    ParameterOption("hinges", "--hinges", str, "A,B,C"),
     ParameterOption("motors", "--motors", str, "A,B,C"),
     ParameterOption("tip", "--tip", str, "SITE"),
 )

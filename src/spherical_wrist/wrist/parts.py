@@ -23,11 +23,13 @@ class Names(NamedTuple):
         joint: the ball joint; needed if the model has several.
         motors: the three motors on it; needed if it has more.
         tip: the site of the tool tip; needed if none of several is called ``tip``.
+        hinges: three hinges to be turned into the ball joint; see :mod:`spherical_wrist.wrist.hinges`.
     """
 
     joint: str | None = None
     motors: tuple[str, str, str] | None = None
     tip: str | None = None
+    hinges: tuple[str, str, str] | None = None
 
 
 UNNAMED = Names()
@@ -59,12 +61,13 @@ def ball_joint(model: mujoco.MjModel, wanted: str | None) -> int:
         raise ModelError(
             f'no ball joint (its joints: {found}): a wrist has <joint name="{free}" type="ball"/> in the body that '
             f"turns, three motors on it, {_motor(free)} and the like for y and z, and {SITE} in a body that it moves"
+            + ("; or name three hinges that meet in a point: --hinges A,B,C" if kinds.count("hinge") >= AXES else "")
         )
     if wanted is None and len(balls) > 1:
         raise ModelError(f"ball joints {_choice(balls)}: name the wrist's: --joint NAME")
     chosen = balls[0] if wanted is None else wanted
     if chosen not in joints:
-        _unknown("joint", chosen, balls)
+        unknown_name("joint", chosen, balls)
     if joints[chosen] != "ball":
         raise ModelError(f"joint {chosen!r} is a {joints[chosen]}; its ball joints: {_choice(balls)}")
     return list(joints).index(chosen)
@@ -95,7 +98,7 @@ def torque_motors(model: mujoco.MjModel, joint: int, wanted: Sequence[str] | Non
         raise ModelError(f"motors {', '.join(wanted)}: three different ones are needed")
     for each in wanted:
         if each not in actuators:
-            _unknown("motor", each, actuators)
+            unknown_name("motor", each, actuators)
         if fault := faults[actuators.index(each)]:
             raise ModelError(f"actuator {each!r} {fault}: three torque motors on the joint are needed")
     return sorted(actuators.index(each) for each in wanted)
@@ -134,10 +137,15 @@ def _fault(model: mujoco.MjModel, actuator: int, joint: int) -> str:
         return "has its axis in the parent's frame (use joint= instead of jointinparent=)"
     if kind not in (TRANSMISSION.mjTRN_JOINT, TRANSMISSION.mjTRN_SO3) or target != joint:
         return ELSEWHERE
+    return motor_fault(model, actuator)
+
+
+def motor_fault(model: mujoco.MjModel, actuator: int) -> str:
+    """Say why an actuator on a joint is no torque motor, in words that follow its name; empty if it is one."""
     if model.actuator_dyntype[actuator] != mujoco.mjtDyn.mjDYN_NONE:
         return "has dynamics of its own (the experiment's actuation has a lag)"
     if (
-        kind == TRANSMISSION.mjTRN_SO3
+        model.actuator_trntype[actuator] == TRANSMISSION.mjTRN_SO3
         or model.actuator_gaintype[actuator] != mujoco.mjtGain.mjGAIN_FIXED
         or model.actuator_biastype[actuator] != mujoco.mjtBias.mjBIAS_NONE
     ):
@@ -178,7 +186,7 @@ def tip_site(model: mujoco.MjModel, body: int, wanted: str | None) -> int:
         if mujoco.mj_name2id(model, OBJECT.mjOBJ_SITE, wanted) >= 0:
             there = listed(list(names) or ["none"])
             raise ModelError(f"site {wanted!r} is not on a body that the ball joint moves (sites there: {there})")
-        _unknown("site", wanted, names)
+        unknown_name("site", wanted, names)
     if wanted is None and "tip" not in names and len(moving) != 1:
         if names:
             found = f"none of {_choice(list(names))} is called 'tip': name it: --tip SITE"
@@ -204,5 +212,10 @@ def _motor(joint: str) -> str:
     return f'<motor joint="{joint}" gear="1 0 0"/>'
 
 
-def _unknown(kind: str, wanted: str, valid: Sequence[str] | dict[str, int]) -> NoReturn:
+def unknown_name(kind: str, wanted: str, valid: Sequence[str] | dict[str, int]) -> NoReturn:
+    """Raise the error for a name that is none of the model's.
+
+    Raises:
+        ModelError: always.
+    """
     raise ModelError(str(UnknownNameError(kind, wanted, valid, most=MOST)))

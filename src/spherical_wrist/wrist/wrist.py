@@ -12,6 +12,7 @@ import numpy.typing as npt
 from spherical_wrist.compat.libmujoco import warnings_kept_in_data
 from spherical_wrist.errors import ModelError
 from spherical_wrist.wrist.dynamics_check import check_motors, check_passive, remarks
+from spherical_wrist.wrist.hinges import ball_from_hinges
 from spherical_wrist.wrist.mjcf import compiled, default_model, read_spec
 from spherical_wrist.wrist.parts import AXES, UNNAMED, Names, ball_joint, motor_matrix, tip_site, torque_motors
 from spherical_wrist.wrist.reduction import reduced
@@ -30,7 +31,7 @@ class Wrist:
         spec: the editable description that the model was compiled from; of a model with more joints, with these held
             at their initial positions.
         model: the compiled model, with all its geometry. Its only joint is the ball, its actuators are the motors.
-        names: parts that were chosen by name.
+        names: parts that were chosen by name in the description; hinges are its joint.
         body: index of the body that the ball joint moves.
         motors: (3, 3) matrix G with τ = G u: body-frame torque [N·m] from the three motor controls.
         lower: smallest motor controls (3,), −inf for a motor without a limit.
@@ -71,7 +72,7 @@ class Wrist:
         Args:
             spec: the description; it is not changed.
             name: name of the model in messages.
-            names: joint, motors and tip, if the model has several.
+            names: joint, motors and tip, if the model has several; or hinges to be turned into the joint.
 
         Raises:
             ModelError: it does not compile, or is not a wrist: a ball joint; three plain torque motors on it whose axes
@@ -80,9 +81,17 @@ class Wrist:
         """
         whole = model = compiled(spec, name)
         missing: list[str] = []
-        joint, motors, site = 0, list[int](), 0
+        joint, motors, site, turned = 0, list[int](), 0, tuple[str, ...]()
         try:
-            joint = ball_joint(model, names.joint)
+            if names.hinges is None:
+                joint = ball_joint(model, names.joint)
+            elif names.joint is None:
+                spec, ball, turned = ball_from_hinges(spec, model, names.hinges, names.motors)
+                whole = model = compiled(spec, name)
+                names = names._replace(joint=ball, hinges=None)
+                joint = ball_joint(model, ball)
+            else:
+                raise ModelError("a ball joint and hinges are named: name one or the other, --joint or --hinges")
         except ModelError as error:
             raise ModelError(f"model {name!r}: {error}") from None
         try:
@@ -102,7 +111,7 @@ class Wrist:
         if missing:
             raise ModelError(f"model {name!r}: {'; and '.join(missing)}")
         check_passive(model, name)
-        warnings = tuple(remarks(whole, joint, motors, model))
+        warnings = (*turned, *remarks(whole, joint, motors, model))
         matrix, lower, upper = motor_matrix(model, range(AXES), name)
         data = mujoco.MjData(model)
         mujoco.mj_forward(model, data)
