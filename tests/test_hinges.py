@@ -1,6 +1,7 @@
 """Three concentric hinges turned into a ball joint, against MuJoCo's own model with the hinges."""
 
 import json
+import re
 
 import mujoco
 import numpy as np
@@ -224,6 +225,11 @@ APART = (
     .replace('pos="0.002 -0.001 0.033', 'pos="0.002 0.004 0.033')
 )
 REFUSED = {
+    "too few": (mjcf(), ABC, ("it has 0 hinges with a name (none)", "give each")),
+    "without names": (
+        hinged().replace('joint name="a"', "joint").replace('joint="a"', 'site="tip"'),
+        ABC, ("it has 2 hinges", "b and c"),
+    ),
     "unknown": (hinged(), ("a", "b", "d"), ("unknown hinge 'd'", "valid: a, b, c")),
     "twice": (hinged(), ("a", "b", "b"), ("three different",)),
     "a slide": (ARM, ("roll", "pitch", "left"), ("'left' is a slide", "hinges: joint1, joint2, roll, pitch and yaw")),
@@ -253,6 +259,13 @@ REFUSED = {
     "no motors": (
         hinged().replace("<actuator>", "<!--").replace("</actuator>", "-->"), ABC,
         ('hinge \'a\' has no torque motor: write <motor joint="a"/>', "; and hinge 'b'", "; and hinge 'c'"),
+    ),
+    "no motors and no tip": (
+        re.sub("<actuator>.*</actuator>", "", hinged()).replace('site name="tip"', 'site name="a"').replace(
+            "</body>", '<site name="b"/></body>', 1
+        ),
+        ABC,
+        ("hinge 'a' has no torque motor: write <motor", "; and the tool tip", "none of a and b is called 'tip'"),
     ),
     "servos": (
         ARM.replace('<motor class="wrist" name="yaw"', '<position class="arm" name="yaw"'), ("roll", "pitch", "yaw"),

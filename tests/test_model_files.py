@@ -1,6 +1,7 @@
 """Files of a model: every way in which MuJoCo finds them, on the disk of their maker and after they were moved."""
 
 import shutil
+import zipfile
 import zlib
 
 import mujoco
@@ -9,8 +10,9 @@ import pytest
 
 from rigs import mjcf
 from spherical_wrist import Experiment, record, simulate
+from spherical_wrist.errors import ModelError
 from spherical_wrist.inspection.replay import replay
-from spherical_wrist.wrist import check_confined, model_files, portable
+from spherical_wrist.wrist import Wrist, check_confined, model_files, portable
 
 SHAPE = "v 0 0 0\nv {x} 0 0\nv 0 .01 0\nv 0 0 -.05\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n"
 
@@ -292,3 +294,14 @@ def test_one_model_may_be_attached_by_two_others(tmp_path):
         mjcf(more='<asset><model name="one" file="m.xml"/><model name="two" file="i.xml"/></asset>')
     )
     assert len(model_files(tmp_path / "both.xml")) == 4
+
+
+@pytest.mark.parametrize("attached", [False, True])
+def test_a_model_in_an_archive_is_to_be_unpacked(tmp_path, attached):
+    """MuJoCo reads it, but nobody could tell what is in it without opening it."""
+    with zipfile.ZipFile(tmp_path / "a.mjz", "w") as archive:
+        archive.writestr("a.xml", mjcf())
+    assert mujoco.MjSpec.from_file(str(tmp_path / "a.mjz")).compile().njnt == 1
+    (tmp_path / "m.xml").write_text(mjcf(more='<asset><model name="a" file="a.mjz"/></asset>'))
+    with pytest.raises(ModelError, match=r"a\.mjz' is an archive: unpack it"):
+        Wrist.load(tmp_path / ("m.xml" if attached else "a.mjz"))

@@ -41,11 +41,14 @@ class HingedWrist(NamedTuple):
         spec: the description, without the model's sensors and keyframes.
         joint: name of the ball joint.
         warnings: a sentence for everything that the ball has not, or has in another way, than the hinges.
+        missing: sentence on the motors that the hinges lack; without motors the description is of no further use than
+            to find out what else is missing.
     """
 
     spec: mujoco.MjSpec
     joint: str
-    warnings: tuple[str, ...]
+    warnings: tuple[str, ...] = ()
+    missing: str = ""
 
 
 class _Hinges(NamedTuple):
@@ -56,15 +59,13 @@ class _Hinges(NamedTuple):
         joints: their indices, from the one nearest the world outwards.
         names: their names, in the same order.
         motors: index of the motor of each.
-        centre: the point in which their axes meet, in the frame of the first one's body [m].
-        dual: rows b_i, in the same frame.
+        dual: rows b_i, in the frame of the first one's body.
     """
 
     model: mujoco.MjModel
     joints: list[int]
     names: list[str]
     motors: list[int]
-    centre: Array
     dual: Array
 
     def matrix(self, values: Array) -> Array:
@@ -84,33 +85,37 @@ def ball_from_hinges(
         motors: names of their three motors; None if each has one.
 
     Raises:
-        ModelError: they are not three hinges of one chain that meet in a point and span the space, each with a torque
-            motor; or they have springs, or are coupled with others.
+        ModelError: they are not three hinges of one chain that meet in a point and span the space; or they have
+            springs, or are coupled with others; or a motor is unknown.
     """
     joints = _joints(model, wanted)
     names = [name_of(model, OBJECT.mjOBJ_JOINT, joint) for joint in joints]
     _check_alone(model, joints)
     centre, dual = _geometry(model, joints, names)
-    hinges = _Hinges(model, joints, names, _motors(model, joints, names, motors), centre, dual)
-    ball = ",".join(wanted)
-    spec = spec.copy()
+    found, missing = _motors(model, joints, names, motors)
+    spec, ball = spec.copy(), ",".join(wanted)
     kept, *others = (spec.joints[joint] for joint in joints)
     actuators = list(spec.actuators)
-    for each in (*spec.keys, *spec.sensors):
+    for each in (
+        *spec.keys,
+        *spec.sensors,
+        *(actuators[a] for a in set(_actuators_on(model, joints)) - set([] if missing else found)),
+    ):
         spec.delete(each)
-    for actuator in set(_actuators_on(model, joints)) - set(hinges.motors):
-        spec.delete(actuators[actuator])
-    for motor, row, joint in zip(hinges.motors, dual, joints, strict=True):
-        actuator = actuators[motor]
-        actuator.trntype, actuator.target = TRANSMISSION.mjTRN_JOINT, ball
-        _limit(actuator, model, motor, joint)
-        actuator.gear = [*(model.actuator_gear[motor, 0] * row), 0.0, 0.0, 0.0]
-        actuator.damping, actuator.armature = np.zeros_like(actuator.damping), 0.0
     for other in others:
         spec.delete(other)
     kept.name, kept.type, kept.pos = ball, JOINT.mjJNT_BALL, centre
     kept.limited = kept.actfrclimited = LIMITED.mjLIMITED_FALSE
     kept.range, kept.actfrcrange = np.zeros(2), np.zeros(2)
+    if missing:
+        return HingedWrist(spec, ball, missing=missing)
+    for motor, row, joint in zip(found, dual, joints, strict=True):
+        actuator = actuators[motor]
+        actuator.trntype, actuator.target = TRANSMISSION.mjTRN_JOINT, ball
+        _limit(actuator, model, motor, joint)
+        actuator.gear = [*(model.actuator_gear[motor, 0] * row), 0.0, 0.0, 0.0]
+        actuator.damping, actuator.armature = np.zeros_like(actuator.damping), 0.0
+    hinges = _Hinges(model, joints, names, found, dual)
     kept.damping = [np.trace(hinges.matrix(_damping(hinges))) / AXES, *np.zeros(len(kept.damping) - 1)]
     kept.armature = np.trace(hinges.matrix(_armature(hinges))) / AXES
     kept.frictionloss = float(_friction(hinges)[0]) if _same_friction(hinges) else 0.0
@@ -122,15 +127,21 @@ def _joints(model: mujoco.MjModel, wanted: Sequence[str]) -> list[int]:
     """Find the hinges, from the one nearest the world outwards."""
     if len(set(wanted)) != AXES:
         raise ModelError(f"hinges {', '.join(wanted)}: three different ones are needed")
-    kinds = {name_of(model, OBJECT.mjOBJ_JOINT, j): JOINT(model.jnt_type[j]) for j in range(model.njnt)}
-    hinges = [joint for joint, kind in kinds.items() if kind == JOINT.mjJNT_HINGE]
+    named = {mujoco.mj_id2name(model, OBJECT.mjOBJ_JOINT, j): j for j in range(model.njnt)}
+    joints = {name: j for name, j in named.items() if name}
+    hinges = [name for name, j in joints.items() if JOINT(model.jnt_type[j]) == JOINT.mjJNT_HINGE]
+    if len(hinges) < AXES:
+        raise ModelError(
+            f"it has {len(hinges)} hinges with a name ({listed(hinges or ['none'])}), and three make a ball: give each "
+            "of the wrist's three a name in the file"
+        )
     for each in wanted:
-        if each not in kinds:
+        if each not in joints:
             unknown_name("hinge", each, hinges)
         if each not in hinges:
-            kind = kinds[each].name.removeprefix("mjJNT_").lower()
-            raise ModelError(f"joint {each!r} is a {kind}; its hinges: {listed(hinges or ['none'])}")
-    found = sorted(list(kinds).index(each) for each in wanted)  # MuJoCo numbers them from the world outwards
+            kind = JOINT(model.jnt_type[joints[each]]).name.removeprefix("mjJNT_").lower()
+            raise ModelError(f"joint {each!r} is a {kind}; its hinges: {listed(hinges)}")
+    found = sorted(joints[each] for each in wanted)  # MuJoCo numbers them from the world outwards
     for inner, outer in pairwise(found):
         body = int(model.jnt_bodyid[outer])
         while body > model.jnt_bodyid[inner]:
@@ -204,11 +215,13 @@ def _actuators_on(model: mujoco.MjModel, joints: Sequence[int]) -> list[int]:
     return [a for a in on if model.actuator_trnid[a, 0] in joints]
 
 
-def _motors(model: mujoco.MjModel, joints: list[int], names: list[str], wanted: Sequence[str] | None) -> list[int]:
-    """Find the motor of each hinge.
+def _motors(
+    model: mujoco.MjModel, joints: list[int], names: list[str], wanted: Sequence[str] | None
+) -> tuple[list[int], str]:
+    """Find the motor of each hinge, and say which have none, or several of which none is named.
 
     Raises:
-        ModelError: a hinge has none, or several and none is named.
+        ModelError: there is no motor of a name.
     """
     found, faults, chosen = [], [], list(wanted or ())
     actuators = [name_of(model, OBJECT.mjOBJ_ACTUATOR, a) for a in range(model.nactuator)]
@@ -227,9 +240,7 @@ def _motors(model: mujoco.MjModel, joints: list[int], names: list[str], wanted: 
             others = "; ".join(f"{actuators[a]} {motor_fault(model, a)}" for a in on)
             reason = f" ({others})" if others else " among those that are named" if chosen else ""
             faults.append(f"hinge {name!r} has no torque motor{reason}: {_instead(model, joint, name, on)}")
-    if faults:
-        raise ModelError("; and ".join(faults))
-    return found
+    return found, "; and ".join(faults)
 
 
 def _instead(model: mujoco.MjModel, joint: int, name: str, actuators: Sequence[int]) -> str:

@@ -49,7 +49,7 @@ def _height_field_cells(path: Path) -> int:
     MuJoCo allocates them while it parses, so they are looked up in the text.
 
     Raises:
-        ModelError: a file includes or attaches itself, by which MuJoCo would end the process.
+        ModelError: a file includes or attaches itself, by which MuJoCo would end the process; or it is an archive.
         OSError: a file cannot be read.
     """
     cells, read, named_by = 0, set[tuple[Path, Path]](), TopologicalSorter[Path]()
@@ -61,6 +61,8 @@ def _height_field_cells(path: Path) -> int:
             continue
         read.add((file, main))
         text = COMMENT.sub(b"", read_whole(file))  # which also refuses pipes, where MuJoCo would wait
+        if text.startswith(b"PK\3\4"):
+            raise ModelError(f"model {str(file)!r} is an archive: unpack it, and give the MJCF file in it")
         for element in _HEIGHT_FIELD.findall(text):
             sizes = dict(_ROWS_COLUMNS.findall(element))
             cells += int(sizes.get(b"nrow", 0)) * int(sizes.get(b"ncol", 0))

@@ -81,20 +81,23 @@ class Wrist:
         """
         whole = model = compiled(spec, name)
         missing: list[str] = []
-        joint, motors, site, turned = 0, list[int](), 0, tuple[str, ...]()
+        joint, motors, site, hinged = 0, list[int](), 0, None
         try:
             if names.hinges is None:
                 joint = ball_joint(model, names.joint)
             elif names.joint is None:
-                spec, ball, turned = ball_from_hinges(spec, model, names.hinges, names.motors)
-                whole = model = compiled(spec, name)
-                names = names._replace(joint=ball, hinges=None)
-                joint = ball_joint(model, ball)
+                hinged = ball_from_hinges(spec, model, names.hinges, names.motors)
             else:
                 raise ModelError("a ball joint and hinges are named: name one or the other, --joint or --hinges")
         except ModelError as error:
             raise ModelError(f"model {name!r}: {error}") from None
+        if hinged:
+            spec, names = hinged.spec, names._replace(joint=hinged.joint, hinges=None)
+            whole = model = compiled(spec, name)
+            joint = ball_joint(model, hinged.joint)
         try:
+            if hinged and hinged.missing:
+                raise ModelError(hinged.missing)
             motors = torque_motors(model, joint, names.motors)
         except ModelError as error:
             missing.append(str(error))
@@ -111,7 +114,7 @@ class Wrist:
         if missing:
             raise ModelError(f"model {name!r}: {'; and '.join(missing)}")
         check_passive(model, name)
-        warnings = (*turned, *remarks(whole, joint, motors, model))
+        warnings = (*(hinged.warnings if hinged else ()), *remarks(whole, joint, motors, model))
         matrix, lower, upper = motor_matrix(model, range(AXES), name)
         data = mujoco.MjData(model)
         mujoco.mj_forward(model, data)
