@@ -8,6 +8,7 @@ import mujoco
 import numpy as np
 import pytest
 
+from opened_files import opened_files
 from rigs import mjcf
 from spherical_wrist import Experiment, record, simulate
 from spherical_wrist.errors import ModelError
@@ -112,6 +113,13 @@ WAYS = {
             "models/sub/sub/t.xml": part(MESH.format("a.obj")),
         },
         ["models/sub/sub/a.obj"],
+    ),
+    "a folder of assets in place of one of meshes": (
+        {
+            "models/m.xml": including("../parts/r.xml", 'meshdir="../g"'),
+            "parts/r.xml": part(f'<compiler assetdir="../h"/><asset>{MESH.format("a.obj")}</asset>', ""),
+        },
+        ["g/a.obj=b.obj", "h/a.obj"],
     ),
     "comments that are no XML": (
         {
@@ -241,6 +249,20 @@ def test_a_moved_model_is_the_same_to_the_last_bit(tmp_path, way):
     check_confined(moved, here)
     assert content_of(moved) == before
     assert portable(moved) == files  # so that a replay can be recorded
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_the_files_of_a_model_are_those_that_mujoco_reads(tmp_path, way):
+    """As MuJoCo tells itself; of a model that was moved, it does not even look for files elsewhere."""
+    there, here = tmp_path / "there", tmp_path / "here"
+    model = written(there, way)
+    assert {file.resolve() for file in model_files(model)} == {file.resolve() for file in opened_files(model)[1]}
+    for path, content in portable(model).items():
+        (here / path).parent.mkdir(parents=True, exist_ok=True)
+        (here / path).write_bytes(content)
+    asked, read = opened_files(here / next(iter(portable(model))))
+    assert len(read) == len(portable(model))
+    assert all(file.is_relative_to(here) for file in asked)
 
 
 @pytest.mark.parametrize("way", [

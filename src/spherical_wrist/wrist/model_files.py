@@ -83,7 +83,13 @@ def _moved(contents: Mapping[Path, bytes], names: Sequence[_Name]) -> dict[str, 
         check_confined(main, root)
     except ModelError:
         return _flat(contents, names)
-    if any(file.resolve() != file for file in contents):
+    elements = [element for file in texts for element in _elements(contents[file])]
+    folders = {
+        key for tag, attributes in elements if tag == "compiler" for key, _ in attributes if FOLDER.fullmatch(key)
+    }
+    # MuJoCo may look in one of them if a file is there, and read it from the other
+    ambiguous = "assetdir" in folders and len(folders) > 1
+    if ambiguous or any(file.resolve() != file for file in contents):
         return _flat(contents, names)
     return {file.relative_to(root).as_posix(): content for file, content in contents.items()}
 
