@@ -27,6 +27,8 @@ from spherical_wrist.sensing import Sensing
 pytestmark = [pytest.mark.slow, long]  # the documentation's build takes half a minute; .ci/run asks for it
 ROOT = Path(__file__).parents[1]
 SOURCES = ROOT / "scripts" / "site"
+STRAIGHT = str.maketrans("‘’", "''")
+"""Typographic quotation marks as those that were written."""
 
 
 class Page(HTMLParser):
@@ -121,9 +123,8 @@ def test_parameters_are_listed_with_default_unit_and_meaning(site, family):
         room = ".".join(member.__module__.split(".")[:2])
         rows = [tuple(" ".join(cell.split()) for cell in row) for row in site[0][f"api/{room}.html"].rows]
         for name, field in member.model_fields.items():
-            meaning = field.description.replace("'", "’")
             found = [row for row in rows if len(row) == 4 and (row[0], row[2]) == (name, unit_of(member, name))]
-            found = [row for row in found if row[3].startswith(meaning)]
+            found = [row for row in found if row[3].translate(STRAIGHT).startswith(field.description)]
             assert found, f"{member.__name__}.{name}"
             if isinstance(field.default, bool | int | float | str):
                 assert written(field.default) in {row[1] for row in found}, f"{member.__name__}.{name}"
