@@ -13,7 +13,7 @@ import sys
 import tempfile
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import CancelledError
-from contextlib import ExitStack, contextmanager, suppress
+from contextlib import ExitStack, contextmanager
 from itertools import islice
 from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
@@ -228,13 +228,20 @@ def _local(workers: int, threads: int) -> Iterator[SpecCluster]:
                 )
             yield cluster
         except (KeyboardInterrupt, Interruption):
-            for child in set(multiprocessing.active_children()) - before:  # a command that is stopped does not wait
-                child.kill()
+            _kill_children(before)  # a command that is stopped does not wait
             raise
         finally:
             if cluster is not None:
-                with suppress(TimeoutError):
+                try:
                     cluster.close(timeout=CLOSING)
+                except (TimeoutError, AssertionError):  # of a worker process that is just being started anew
+                    _kill_children(before)
+
+
+def _kill_children(before: set[Any]) -> None:
+    """End the processes that were started since, without waiting."""
+    for child in set(multiprocessing.active_children()) - before:
+        child.kill()
 
 
 @contextmanager
