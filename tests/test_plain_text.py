@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from markdown_it import MarkdownIt
 from matplotlib.figure import Figure
 
+from sampling import some
 from spherical_wrist import Experiment, record, simulate
 from spherical_wrist.cli.tables import Terminal
 from spherical_wrist.plain_text import escaped, literal, markdown, visible
@@ -107,7 +108,7 @@ class Mine(Law):
 """
 
 
-@pytest.mark.parametrize("name", ["a$b$c", "[red]m", "a:smile:b", "$\\frac{$", "\x1b[31m"])
+@pytest.mark.parametrize("name", some(["[red]m$\\frac{$", "a$b$c", "a:smile:b", "\x1b[31m"], 4))
 def test_a_law_whose_file_has_an_odd_name(wrist, tmp_path, name):
     """Its pictures and tables are drawn, and its name is in them as it is."""
     (tmp_path / f"{name}.py").write_text(LAW)
