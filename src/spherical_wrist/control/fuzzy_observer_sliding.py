@@ -53,7 +53,8 @@ class FuzzyObserverSliding(ModelBasedLaw):
 
     The gains come from one search (CMA-ES) over a model of one axis, for all of this at once: the errors under
     constant, sinusoidal, square and worst torques at 0.5 to 1.5 of the mass; tip error and chattering on realistic
-    hardware; a sensitivity of at most 2.0, or 2.35 with late samples; and the delays that it must bear unknown.
+    hardware; a sensitivity of at most 2.0, or 2.35 with late samples; and the delays that it must bear unknown. That
+    search is not part of the package; the tests assert what it promised of the whole wrist.
     """
 
     status: ClassVar[LawStatus] = "ours"
