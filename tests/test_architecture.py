@@ -28,9 +28,10 @@ LEVELS = (
     {"simulation"},
     {"recording"},
     {"inspection", "campaign", "film"},
-    {"comparison", "assertions", "tuning", "report", "paper", "margins"},
+    {"comparison", "assertions", "tuning", "report", "paper", "stability"},
     {"environment", "guides"},
     {"cli"},
+    {"__main__"},
 )
 """Rooms of the package, lowest level first. A room imports from its own level and from those below."""
 LEVEL = {room: level for level, rooms in enumerate(LEVELS) for room in rooms}
@@ -47,13 +48,15 @@ ROOMS_OF_LIBRARY = {
     "jinja2": {"report"},
     "markupsafe": {"report"},
     "optuna": {"tuning"},
-    "control": {"margins"},
-    "slycot": {"margins"},
+    "control": {"stability"},
+    "slycot": {"stability"},
     "av": {"film"},
     "PIL": {"film"},
     "gymnasium": {"environment"},
-    "matplotlib": {"picture_file", "fuzzy", "inspection", "film", "paper", "comparison", "margins", "tuning", "report"},
-}
+    "matplotlib": {
+        "picture_file", "fuzzy", "inspection", "film", "paper", "comparison", "stability", "tuning", "report",
+    },
+}  # fmt: skip
 """Libraries that only these rooms import."""
 PRIVATE = ("rerun_bindings", "rerun.error_utils", "rerun.experimental", "distributed.core", "distributed.comm.core")
 """Modules of libraries that are private or without a promise, though their names do not say so."""

@@ -13,14 +13,14 @@ from spherical_wrist import Experiment, simulate
 from spherical_wrist.cli import main
 from spherical_wrist.control import PD
 from spherical_wrist.errors import ParameterError, WristError
-from spherical_wrist.margins import margins
-from spherical_wrist.margins.frequency_response import frequencies, frequency_response, loop_gain
-from spherical_wrist.margins.loop_margins import crossings, disk_margin, loop_margins
-from spherical_wrist.margins.picture import margins_picture
-from spherical_wrist.margins.report import HEADLINE, to_dict
-from spherical_wrist.margins.stable_range import DEVIATIONS, stable_up_to
 from spherical_wrist.prepare.cache import RunCache
 from spherical_wrist.prepare.pulse_responses import SettledLoop
+from spherical_wrist.stability import margins
+from spherical_wrist.stability.frequency_response import frequencies, frequency_response, loop_gain
+from spherical_wrist.stability.loop_margins import crossings, disk_margin, loop_margins
+from spherical_wrist.stability.picture import margins_picture
+from spherical_wrist.stability.report import HEADLINE, to_dict
+from spherical_wrist.stability.stable_range import DEVIATIONS, stable_up_to
 from test_pulse_responses import HELD, LinearPD
 
 
@@ -202,9 +202,9 @@ def test_a_wrong_experiment_is_one_line(changes, said):
 
 def test_the_libraries_that_are_needed_are_named_where_they_are_missing(monkeypatch):
     monkeypatch.setitem(sys.modules, "control", None)
-    monkeypatch.delitem(sys.modules, "spherical_wrist.margins.loop_margins")
+    monkeypatch.delitem(sys.modules, "spherical_wrist.stability.loop_margins")
     with pytest.raises(ParameterError, match=r"pip install 'spherical-wrist\[margins\]'"):
-        __import__("spherical_wrist.margins.loop_margins")
+        __import__("spherical_wrist.stability.loop_margins")
 
 
 def test_a_frequency_response_is_the_sum_that_defines_it():

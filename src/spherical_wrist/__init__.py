@@ -14,8 +14,8 @@ One experiment goes through these rooms, in this order:
 - ``recording``: writes a run to a Rerun file and reads it back.
 
 ``channels`` and ``measure.metrics`` are the tables of all that a run has. The other rooms stand on runs:
-``inspection``, ``film``, ``comparison``, ``margins``, ``campaign``, ``report``, ``tuning``, ``environment``, ``paper``;
-and ``cli`` on all of them.
+``inspection``, ``film``, ``comparison``, ``stability``, ``campaign``, ``report``, ``tuning``, ``environment``,
+``paper``; and ``cli`` on all of them.
 """
 
 import sys

@@ -95,10 +95,9 @@ def assert_tracks(
     limits = {name: _limit(name, bound) for name, bound in bounds.items() if bound is not None}
     if not limits:
         raise ParameterError(f"a bound is needed: one or more of {', '.join(METRICS)}")
-    chosen = law() if isinstance(law, type) else law
     values = dict(experiment) if experiment is not None else {}
     wrists = family if family is not None else WristGrid()
-    work = wrists.experiments(Experiment(**{**values, "law": chosen}))
+    work = wrists.experiments(Experiment(**{**values, "law": law}))
     results = Runner(jobs).map(partial(_run, limits), work)
     missed = [result for result in results if result.excess(limits) > 1.0]
     if missed:

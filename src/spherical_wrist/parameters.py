@@ -212,7 +212,7 @@ class Member(Parameters):
 
     @classmethod
     def resolve(cls, given: Any, default: str) -> Any:
-        """Return the member that ``given`` describes: an instance, a name, or a table of ``name`` and parameters.
+        """Return the member that ``given`` describes: an instance, a class, a name, or a table of name and parameters.
 
         Args:
             given: the description.
@@ -224,13 +224,20 @@ class Member(Parameters):
         """
         if isinstance(given, cls):
             return given
-        table = {"name": given} if isinstance(given, str) else given
-        if not isinstance(table, Mapping):
-            raise ParameterError(f"{cls.kind} = {given!r}: a name, or a table of a name and parameters, is needed")
-        name = table.get("name", default)
-        values = {str(key): value for key, value in table.items() if key != "name"}
-        withheld = code_is_withheld() and is_code(name)
-        member = _placeholder(cls, name, tuple(values)) if withheld else cls.member(name)
+        values: dict[str, Any] = {}
+        if isinstance(given, type) and issubclass(given, cls) and given is not cls:
+            member: type[Member] = given
+        else:
+            table = {"name": given} if isinstance(given, str) else given
+            if not isinstance(table, Mapping):
+                raise ParameterError(
+                    f"{cls.kind} = {given!r}: a name, a table of a name and parameters, an instance or a class of a "
+                    f"{cls.kind} is needed"
+                )
+            name = table.get("name", default)
+            values = {str(key): value for key, value in table.items() if key != "name"}
+            withheld = code_is_withheld() and is_code(name)
+            member = _placeholder(cls, name, tuple(values)) if withheld else cls.member(name)
         try:
             return member(**values)
         except ParameterError as error:

@@ -71,8 +71,8 @@ def command(
     from spherical_wrist.experiment.command import read_settings
     from spherical_wrist.experiment.description import read_toml
     from spherical_wrist.files import make_folder
-    from spherical_wrist.margins import margins
-    from spherical_wrist.margins.report import to_dict
+    from spherical_wrist.stability import margins
+    from spherical_wrist.stability.report import to_dict
 
     tables = read_toml(experiment) if experiment else {}
     every = {**with_hardware(hardware, changes), **read_settings(set_ or [])}
@@ -94,7 +94,7 @@ def command(
 def _write(table: dict[str, Any], folder: Path) -> None:
     from spherical_wrist.comparison.picture import as_files
     from spherical_wrist.files import write_together
-    from spherical_wrist.margins.picture import margins_picture
+    from spherical_wrist.stability.picture import margins_picture
 
     contents = as_files(margins_picture(table), "margins")
     table["files"] = sorted([*contents, "margins.json"])
@@ -103,7 +103,7 @@ def _write(table: dict[str, Any], folder: Path) -> None:
 
 
 def _print(table: dict[str, Any], folder: Path | None) -> None:
-    from spherical_wrist.margins.stable_range import DEVIATIONS
+    from spherical_wrist.stability.stable_range import DEVIATIONS
 
     console = printer()
     stable = [law for law in table["laws"] if law["stable"]]

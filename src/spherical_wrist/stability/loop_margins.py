@@ -21,7 +21,7 @@ import numpy as np
 import numpy.typing as npt
 
 from spherical_wrist.errors import ParameterError
-from spherical_wrist.margins.frequency_response import frequency_response, largest_gain, loop_gain
+from spherical_wrist.stability.frequency_response import frequency_response, largest_gain, loop_gain
 
 try:
     from control import FrequencyResponseData, stability_margins

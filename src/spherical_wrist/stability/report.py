@@ -29,8 +29,8 @@ import numpy as np
 from spherical_wrist.errors import ParameterError
 from spherical_wrist.experiment.command import command_of
 from spherical_wrist.experiment.description import Experiment
-from spherical_wrist.margins.law_margins import LawMargins, LinearLoop
 from spherical_wrist.simulation.run import versions
+from spherical_wrist.stability.law_margins import LawMargins, LinearLoop
 
 HEADLINE = (
     "max_sensitivity",

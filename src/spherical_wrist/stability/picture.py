@@ -23,7 +23,7 @@ def margins_picture(table: Mapping[str, Any]) -> Figure:
     """Draw the margins of the laws that have a linear loop.
 
     Args:
-        table: margins as :func:`spherical_wrist.margins.report.to_dict` returns them.
+        table: margins as :func:`spherical_wrist.stability.report.to_dict` returns them.
     """
     laws = sorted((law for law in table["laws"] if law["stable"]), key=lambda law: law["worst_tip_error_mm"])
     with mpl.rc_context(STYLE):

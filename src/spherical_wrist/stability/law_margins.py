@@ -12,17 +12,17 @@ from spherical_wrist.comparison.law_selection import Laws
 from spherical_wrist.errors import ParameterError
 from spherical_wrist.experiment.description import Experiment, with_changes
 from spherical_wrist.loop.outcome import StoppedError
-from spherical_wrist.margins.frequency_response import (
-    frequencies,
-    frequency_response,
-    largest_gain,
-)
-from spherical_wrist.margins.loop_margins import LoopMargins, loop_margins
-from spherical_wrist.margins.stable_range import DEVIATIONS, stable_up_to
 from spherical_wrist.prepare.closed_loop import peak_torque
 from spherical_wrist.prepare.pulse_responses import NotLinearError, SettledLoop
 from spherical_wrist.prepare.worst_torque import WorstTorque, worst_torque
 from spherical_wrist.simulation.runner import Progress, Runner, Worker, ignore_progress
+from spherical_wrist.stability.frequency_response import (
+    frequencies,
+    frequency_response,
+    largest_gain,
+)
+from spherical_wrist.stability.loop_margins import LoopMargins, loop_margins
+from spherical_wrist.stability.stable_range import DEVIATIONS, stable_up_to
 
 Array = npt.NDArray[np.float64]
 
