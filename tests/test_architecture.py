@@ -17,7 +17,7 @@ from spherical_wrist.compat.libmujoco import address_of
 
 ROOT = Path(spherical_wrist.__file__).parent
 LEVELS = (
-    {"errors", "channels", "consent", "plain_text", "picture_file", "seal", "versions", "so3"},
+    {"errors", "channels", "colours", "consent", "plain_text", "picture_file", "seal", "versions", "so3"},
     {"files", "folder_lock", "compat"},
     {"parameters", "user_file", "class_source", "wrist"},
     {"dynamics", "kinematics", "fuzzy", "reference", "disturbance", "sensing", "actuation"},

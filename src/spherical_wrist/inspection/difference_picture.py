@@ -9,8 +9,9 @@ import numpy.typing as npt
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from spherical_wrist.colours import PALETTE
 from spherical_wrist.inspection.difference import Difference, sizes
-from spherical_wrist.inspection.drawing import INK, MARK, PALETTE, STYLE, figure, fit_decades, line
+from spherical_wrist.inspection.drawing import INK, MARK, STYLE, figure, fit_decades, line
 from spherical_wrist.inspection.instants import common_instants
 from spherical_wrist.measure.series import Series
 

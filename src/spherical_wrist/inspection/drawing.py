@@ -9,16 +9,13 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import Locator, LogLocator, MaxNLocator, NullFormatter
 
+from spherical_wrist.colours import AXES
 from spherical_wrist.inspection.curves import BINS, drawable, telling_rows, view
 from spherical_wrist.inspection.formats import IMAGES, check_suffix
 from spherical_wrist.picture_file import picture_bytes
 
 Array = npt.NDArray[np.float64]
 
-AXES = ("#d55e00", "#009e73", "#0072b2")
-"""Of x, y and z: three of the colours that Okabe and Ito chose for every kind of colour vision."""
-PALETTE = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
-"""Colours of curves that are not x, y and z, from the same source."""
 INK, MARK, LAYER = "#222222", "#cc79a7", "#f0e442"
 """Of text, of a run that ended before its time, and of the boundary layer."""
 STYLE: Any = {

@@ -9,8 +9,9 @@ import numpy.typing as npt
 from matplotlib.axes import Axes
 
 from spherical_wrist.channels import XYZ, Place
+from spherical_wrist.colours import AXES, PALETTE
 from spherical_wrist.inspection.curves import BINS, drawable, with_gaps
-from spherical_wrist.inspection.drawing import AXES, INK, LAYER, PALETTE, figure, fit, fit_decades, line, lines, name
+from spherical_wrist.inspection.drawing import INK, LAYER, figure, fit, fit_decades, line, lines, name
 from spherical_wrist.measure.series import Plot, in_place
 from spherical_wrist.simulation.run import Run
 from spherical_wrist.so3 import rotation_vectors

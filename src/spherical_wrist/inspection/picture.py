@@ -13,7 +13,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from spherical_wrist.channels import Place
-from spherical_wrist.inspection.drawing import AXES, MARK, STYLE
+from spherical_wrist.colours import AXES
+from spherical_wrist.inspection.drawing import MARK, STYLE
 from spherical_wrist.inspection.panels import Panel, motion_panels, other_panels
 from spherical_wrist.inspection.portrait import portrait
 from spherical_wrist.plain_text import literal

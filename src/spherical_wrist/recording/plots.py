@@ -7,13 +7,12 @@ import numpy as np
 import numpy.typing as npt
 import rerun as rr
 
+from spherical_wrist.channels import XYZ
+from spherical_wrist.colours import AXES, PALETTE, rgb
 from spherical_wrist.measure.series import Plot, Series
 from spherical_wrist.recording.layout import SERIES, plot_entity
 
 Array = npt.NDArray[np.float64]
-
-AXIS_COLOURS = ((235, 85, 80), (95, 200, 115), (90, 150, 250))
-"""Colours of x, y and z, in every plot."""
 
 AGGREGATION = rr.components.AggregationPolicy
 DRAWN_IN_FULL = 20_000
@@ -59,10 +58,10 @@ def send_styles(recording: rr.RecordingStream, plots: Iterable[Plot], rows: int)
     """
     policy = AGGREGATION.Off if rows <= DRAWN_IN_FULL else AGGREGATION.MinMax
     for plot in plots:
-        count = len(plot.labels)
-        around = [[round(255.0 * part) for part in hsv_to_rgb(k / count, 0.6, 0.95)] for k in range(count)]
-        colours = AXIS_COLOURS[:count] if count <= len(AXIS_COLOURS) else around
-        style = rr.SeriesLines(names=plot.labels, colors=colours, widths=[1.5] * count, aggregation_policy=policy)
+        colours = _colours(plot)
+        style = rr.SeriesLines(
+            names=plot.labels, colors=colours, widths=[1.5] * len(colours), aggregation_policy=policy
+        )
         recording.log(plot_entity(plot.name), style, static=True)
 
 
@@ -75,6 +74,17 @@ def send_curves(recording: rr.RecordingStream, time: rr.TimeColumn, plots: Itera
 def ranges(series: Series) -> dict[str, tuple[float, float]]:
     """Return the :func:`limits` of every plot by its name."""
     return {plot.name: limits(plot.curves) for plot in series.plots()}
+
+
+def _colours(plot: Plot) -> list[tuple[int, int, int]]:
+    """Return the colours of the curves: those of the axes, of the palette, or around the circle of hues."""
+    count = len(plot.axes)
+    if plot.axes == list(XYZ):
+        return list(map(rgb, AXES))
+    if count <= len(PALETTE):
+        return list(map(rgb, PALETTE[:count]))
+    hues = (hsv_to_rgb(k / count, 0.6, 0.95) for k in range(count))
+    return [(round(255.0 * red), round(255.0 * green), round(255.0 * blue)) for red, green, blue in hues]
 
 
 def _component(name: str, array: Array) -> rr.ComponentColumn:
