@@ -17,7 +17,10 @@ from spherical_wrist.compat.libmujoco import address_of
 
 ROOT = Path(spherical_wrist.__file__).parent
 LEVELS = (
-    {"errors", "channels", "colours", "consent", "plain_text", "picture_file", "seal", "versions", "so3"},
+    {
+        "errors", "channels", "colours", "consent", "plain_text", "picture_file", "picture_style", "seal", "versions",
+        "so3",
+    },
     {"files", "folder_lock", "compat"},
     {"parameters", "user_file", "class_source", "wrist"},
     {"dynamics", "kinematics", "fuzzy", "reference", "disturbance", "sensing", "actuation"},
@@ -32,7 +35,7 @@ LEVELS = (
     {"environment", "guides"},
     {"cli"},
     {"__main__"},
-)
+)  # fmt: skip
 """Rooms of the package, lowest level first. A room imports from its own level and from those below."""
 LEVEL = {room: level for level, rooms in enumerate(LEVELS) for room in rooms}
 ROOMS_OF_LIBRARY = {

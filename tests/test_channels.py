@@ -19,11 +19,11 @@ from spherical_wrist.errors import RecordingError
 from spherical_wrist.guides import read_guide
 from spherical_wrist.inspection import difference, inspect
 from spherical_wrist.inspection.columns import columns
-from spherical_wrist.inspection.drawing import as_image
 from spherical_wrist.inspection.export import exported
 from spherical_wrist.inspection.panels import _MOTIONS, PORTRAYED
 from spherical_wrist.inspection.picture import run_picture
 from spherical_wrist.inspection.replay import replay
+from spherical_wrist.picture_file import picture_content
 from spherical_wrist.recording import read_recording
 from spherical_wrist.recording.layout import FORMAT
 
@@ -246,7 +246,7 @@ def test_recordings_of_format_1_are_read_inspected_exported_and_drawn(path, tmp_
     assert (header[0], len(rows)) == ("time_s", len(run))
     assert difference(run, run).same
     if path in some(OLD, 3):
-        assert as_image(run_picture(run, ["title"]), Path("run.png"))
+        assert picture_content(run_picture(run, ["title"]), Path("run.png"))
     record(run, tmp_path / "again.rrd")
     again = read_recording(tmp_path / "again.rrd")
     assert (again.format, bits(again.series)) == (FORMAT, bits(run))

@@ -604,7 +604,7 @@ def test_the_folder_has_the_same_numbers_in_every_form(wrist):
     given = json.loads(out)
     assert (code, err) == (0, "")
     assert json.loads(Path("out/comparison.json").read_text()) == given
-    names = {"comparison.csv", "comparison.json", "comparison.md", "comparison.png", "comparison.svg"}
+    names = {"comparison.csv", "comparison.json", "comparison.md", "comparison.pdf", "comparison.png", "comparison.svg"}
     assert set(given["files"]) == names
     assert {path.name for path in Path("out").glob("*.rrd")} == {"pd--constant-heavy.rrd", "pd--realistic.rrd"}
     assert {path.name for path in Path("out").iterdir()} - names == {path.name for path in Path("out").glob("*.rrd")}

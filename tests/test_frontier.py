@@ -254,7 +254,7 @@ def test_json_has_the_promised_keys_and_its_commands_replay_the_miss(wrist):
         code, out, _ = wrist(*shlex.split(edge["command"])[1:], "--no-recording", "--json")
         assert json.loads(out)["metrics"]["max_tip_error_mm"] > 0.2
     assert json.loads(Path("out/frontier.json").read_text()) == given
-    assert {path.name for path in Path("out").iterdir()} == {"frontier.json", "frontier.png", "frontier.svg"}
+    assert {path.name for path in Path("out").iterdir()} == {f"frontier.{end}" for end in ("json", "pdf", "png", "svg")}
     assert imread("out/frontier.png").ndim == 3
 
 

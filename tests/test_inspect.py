@@ -17,12 +17,13 @@ from spherical_wrist import Experiment, load_recording, record, simulate
 from spherical_wrist.inspection.curves import telling_rows, view, with_gaps
 from spherical_wrist.inspection.difference import difference
 from spherical_wrist.inspection.difference_picture import difference_picture
-from spherical_wrist.inspection.drawing import as_image, figure
+from spherical_wrist.inspection.drawing import figure
 from spherical_wrist.inspection.picture import run_picture
 from spherical_wrist.inspection.run_difference import run_difference
 from spherical_wrist.inspection.settings import differing_settings
 from spherical_wrist.loop.outcome import Outcome, Status
 from spherical_wrist.measure.metrics import Metrics
+from spherical_wrist.picture_file import picture_content
 from spherical_wrist.so3 import rotation_vectors
 
 AMPLITUDE = {"amplitude": 0.004}
@@ -176,8 +177,8 @@ def test_the_svg_of_a_long_run_is_small_well_formed_and_the_same_every_time():
     found = run(law={"name": "sliding_mode", "switching": "sign"}, sensing="realistic")
     again = {name: np.tile(array, (100, 1) if array.ndim == 2 else 100) for name, array in found.channels.items()}
     long = replace(found, channels={**again, "time": 1e-3 * np.arange(100 * len(found))})
-    content = as_image(run_picture(long, ["title"]), Path("a.svg"))
-    assert content == as_image(run_picture(long, ["title"]), Path("b.SVG"))
+    content = picture_content(run_picture(long, ["title"]), Path("a.svg"))
+    assert content == picture_content(run_picture(long, ["title"]), Path("b.SVG"))
     assert ET.fromstring(content).tag.endswith("svg")
     assert len(content) < 4e6
 
@@ -185,7 +186,7 @@ def test_the_svg_of_a_long_run_is_small_well_formed_and_the_same_every_time():
 @pytest.mark.parametrize("rows", some([3, 1], 2))
 def test_a_few_rows_and_a_divergence_can_be_drawn(fuzzy, rows):
     few = replace(fuzzy, channels=fuzzy.rows(slice(0, rows)).channels)
-    assert as_image(run_picture(few, ["title"]), Path("a.svg"))
+    assert picture_content(run_picture(few, ["title"]), Path("a.svg"))
     lost = few.error.copy()
     lost[-1] = [np.nan, 1e300, np.inf]
     torque = np.full_like(few.torque, np.nan)
@@ -193,7 +194,7 @@ def test_a_few_rows_and_a_divergence_can_be_drawn(fuzzy, rows):
     drawing = run_picture(
         replace(few.replaced(error=lost, attitude=few.attitude * np.nan, torque=torque), outcome=ended), ["title"]
     )
-    assert as_image(drawing, Path("a.png")).startswith(b"\x89PNG")
+    assert picture_content(drawing, Path("a.png")).startswith(b"\x89PNG")
 
 
 # differences of runs
@@ -251,7 +252,9 @@ def test_the_picture_of_a_difference_has_its_sizes(fuzzy):
 def test_inspect_draws_and_exports_what_is_asked_for(wrist, fuzzy):
     record(fuzzy, "a.rrd")
     files = ["a.png", "a.svg", "a.csv", "a.parquet", "a.npz"]
-    options = [part for file in files for part in ("--plot" if file[2:] in ("png", "svg") else "--export", file)]
+    options = [
+        part for file in files for part in ("--plot" if file[2:] in ("png", "svg", "pdf", "pgf") else "--export", file)
+    ]
     code, out, err = wrist("inspect", "a.rrd", *options)
     assert (code, err) == (0, "")
     assert all(file in out for file in files)
@@ -276,7 +279,7 @@ def test_inspect_prints_parameters_with_units_in_whole_lines(wrist, monkeypatch,
 
 
 WRONG = [
-    ["inspect", "a.rrd", "--plot", "a.pdf"],
+    ["inspect", "a.rrd", "--plot", "a.jpg"],
     ["inspect", "a.rrd", "--plot", "a"],
     ["inspect", "a.rrd", "--export", "a.xls"],
     ["inspect", "a.rrd", "--export", "none/a.csv"],

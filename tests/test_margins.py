@@ -172,7 +172,7 @@ def test_the_command_prints_a_table_and_writes_what_it_says(tmp_path, capsys):
     printed = capsys.readouterr().out
     assert "worst tip" in printed
     assert "pd P=500 D=0: no margins" in printed
-    assert {path.name for path in folder.iterdir()} == {"margins.json", "margins.png", "margins.svg"}
+    assert {path.name for path in folder.iterdir()} == {f"margins.{end}" for end in ("json", "pdf", "png", "svg")}
     kept = json.loads((folder / "margins.json").read_text(encoding="utf-8"))
     assert [law["law"] for law in kept["laws"]] == ["pd", "pd P=500 D=0"]
 

@@ -1,10 +1,19 @@
 """Colours that mean the same in every view: viewer, pictures and pages."""
 
-AXES = ("#d55e00", "#009e73", "#0072b2")
-"""Of x, y and z: three of the colours that Okabe and Ito chose for every kind of colour vision."""
+BLACK, ORANGE, SKY, GREEN = "#000000", "#e69f00", "#56b4e9", "#009e73"
+YELLOW, BLUE, VERMILION, PURPLE = "#f0e442", "#0072b2", "#d55e00", "#cc79a7"
+"""The eight colours that Okabe and Ito chose for every kind of colour vision."""
 
-PALETTE = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
-"""Of curves that are not x, y and z, from the same source."""
+AXES = (VERMILION, GREEN, BLUE)
+"""Of x, y and z."""
+PALETTE = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY)
+"""Of curves that are not x, y and z."""
+OWN, PAPER = VERMILION, BLUE
+"""Of one's own law, and of the source paper's."""
+RIVALS = (BLACK, GREEN, PURPLE, SKY, ORANGE)
+"""Of the lines of other laws, if there are no more of them."""
+INK, GREY, PALE = "#222222", "#7f7f7f", "#bfbfbf"
+"""Of text, of what is in the background, and of what is behind that."""
 
 
 def rgb(colour: str) -> tuple[int, int, int]:

@@ -89,11 +89,12 @@ def command(
 
 
 def _write(table: dict[str, Any], folder: Path) -> None:
-    from spherical_wrist.comparison.picture import as_files, pareto_picture
+    from spherical_wrist.comparison.picture import pareto_picture
     from spherical_wrist.comparison.report import as_csv, as_markdown
     from spherical_wrist.files import write_together
+    from spherical_wrist.picture_file import folder_pictures
 
-    contents = as_files(pareto_picture(table), "comparison")
+    contents = folder_pictures(pareto_picture(table), "comparison")
     contents["comparison.csv"] = as_csv(table).encode()
     contents["comparison.md"] = as_markdown(table, number).encode()
     table["files"] = sorted([*contents, "comparison.json"])

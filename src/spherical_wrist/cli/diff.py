@@ -52,8 +52,8 @@ def command(
         ParameterError: options contradict each other, or a value is not valid.
     """
     from spherical_wrist.files import check_writable, note_input, write_together
-    from spherical_wrist.inspection.formats import IMAGES, check_suffix
     from spherical_wrist.inspection.run_difference import run_difference, to_dict
+    from spherical_wrist.picture_file import PICTURES, check_ending
     from spherical_wrist.recording.runs import load_recording
 
     plots = plot or []
@@ -62,16 +62,16 @@ def command(
     for recording in (a, b):
         note_input(recording)
     for file in plots:
-        check_suffix(file, "picture", IMAGES)
+        check_ending(file, "picture", PICTURES)
         check_writable(file, "picture")
     runs = load_recording(a), load_recording(b)
     difference = run_difference(*runs, tolerance)
     if plots:
         from spherical_wrist.inspection.difference_picture import difference_picture
-        from spherical_wrist.inspection.drawing import as_image
+        from spherical_wrist.picture_file import picture_content
 
         drawing = difference_picture(*runs, difference.series, (a.name, b.name))
-        write_together({file: as_image(drawing, file) for file in plots}, "picture")
+        write_together({file: picture_content(drawing, file) for file in plots}, "picture")
     if json:
         print_json({"a": str(a), "b": str(b), "plots": [str(file) for file in plots], **to_dict(difference)})
     else:

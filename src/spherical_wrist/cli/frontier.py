@@ -81,10 +81,10 @@ def command(
 
 def _write(table: dict[str, Any], axes: Sequence[Axis], folder: Path) -> None:
     from spherical_wrist.comparison.frontier_picture import frontier_picture
-    from spherical_wrist.comparison.picture import as_files
     from spherical_wrist.files import write_together
+    from spherical_wrist.picture_file import folder_pictures
 
-    contents = as_files(frontier_picture(table, axes), "frontier")
+    contents = folder_pictures(frontier_picture(table, axes), "frontier")
     table["files"] = sorted([*contents, "frontier.json"])
     contents["frontier.json"] = json_bytes(table)
     write_together({folder / name: content for name, content in contents.items()})

@@ -40,13 +40,14 @@ def command(
     from spherical_wrist.cli.output import warn
     from spherical_wrist.files import check_writable, note_input
     from spherical_wrist.inspection import inspect
-    from spherical_wrist.inspection.formats import EXPORTS, IMAGES, check_suffix
+    from spherical_wrist.inspection.formats import EXPORTS
+    from spherical_wrist.picture_file import PICTURES, check_ending
 
     note_input(recording)
     plots, exports = plot or [], export or []
-    for files, kind, valid in ((plots, "picture", IMAGES), (exports, "export", EXPORTS)):
+    for files, kind, valid in ((plots, "picture", PICTURES), (exports, "export", EXPORTS)):
         for file in files:
-            check_suffix(file, kind, valid)
+            check_ending(file, kind, valid)
             check_writable(file, kind)
     inspection = inspect(recording)
     if not json:
@@ -68,11 +69,11 @@ def _write(run: Run, plots: list[Path], exports: list[Path]) -> None:
 
     contents: dict[Path, bytes | Iterable[bytes]] = {}
     if plots:
-        from spherical_wrist.inspection.drawing import as_image
         from spherical_wrist.inspection.picture import run_picture
+        from spherical_wrist.picture_file import picture_content
 
         drawing = run_picture(run, _title(run))
-        contents |= {file: as_image(drawing, file) for file in plots}
+        contents |= {file: picture_content(drawing, file) for file in plots}
     if exports:
         from spherical_wrist.inspection.export import exported
 

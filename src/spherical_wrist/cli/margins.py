@@ -92,11 +92,11 @@ def command(
 
 
 def _write(table: dict[str, Any], folder: Path) -> None:
-    from spherical_wrist.comparison.picture import as_files
     from spherical_wrist.files import write_together
+    from spherical_wrist.picture_file import folder_pictures
     from spherical_wrist.stability.picture import margins_picture
 
-    contents = as_files(margins_picture(table), "margins")
+    contents = folder_pictures(margins_picture(table), "margins")
     table["files"] = sorted([*contents, "margins.json"])
     contents["margins.json"] = json_bytes(table)
     write_together({folder / name: content for name, content in contents.items()})

@@ -53,7 +53,11 @@ CaseNames = Annotated[
 ]
 CaseFile = Annotated[Path | None, Option("--cases", metavar="FILE.toml", help="a suite of your own: tables [[case]]")]
 Plots = Annotated[
-    list[Path] | None, Option("--plot", metavar="OUT.png|.svg", help="draw a picture of it; may be repeated")
+    list[Path] | None, Option("--plot", metavar="OUT.png|.svg|.pdf|.pgf", help="draw a picture of it; may be repeated")
+]
+Width = Annotated[
+    str | None,
+    Option("--width", metavar="WIDTH", help="of the picture: one-column, two-column, or 88mm or 3.5in [two-column]"),
 ]
 Bound = Annotated[float, Option("--bound", metavar="MM", help="bound on the tip error")]
 Folder = Annotated[Path | None, Option("--output", "-o", metavar="DIR", help="folder to write to [write nothing]")]

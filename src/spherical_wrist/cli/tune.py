@@ -82,7 +82,7 @@ def command(
 
     The study is kept in DIR/tune.log: the same command goes on with it, with more --trials, or after Ctrl-C. With the
     same seed it comes to the same gains, however often it was stopped and whatever --jobs says. DIR also gets
-    tune.json, front.png, front.svg and front/trial-N.toml.
+    tune.json, front.png, .svg and .pdf, and front/trial-N.toml.
 
     The default family: wrong masses and torques with ideal hardware, and every fault of
     sensors and motors on three motions. Needs Optuna: pip install 'spherical-wrist[tune]'.
@@ -146,8 +146,8 @@ def _case_options(cases: Path | None, changes: Mapping[str, Any], settings: list
 
 
 def _write(found: SearchResult, table: dict[str, Any], folder: Path, again: list[str]) -> None:
-    from spherical_wrist.comparison.picture import as_files
     from spherical_wrist.files import make_folder, write_together
+    from spherical_wrist.picture_file import folder_pictures
     from spherical_wrist.tuning.gains_file import gains_file
     from spherical_wrist.tuning.pareto import FOLDER
     from spherical_wrist.tuning.picture import front_picture
@@ -155,7 +155,7 @@ def _write(found: SearchResult, table: dict[str, Any], folder: Path, again: list
 
     make_folder(folder / FOLDER)
     chosen = [part for case in table["cases"] for part in ("--case", case["case"])]
-    contents = as_files(front_picture(table), "front")
+    contents = folder_pictures(front_picture(table), "front")
     for point in table["front"]:
         law = found.space.law_with(point["values"])
         path = str(folder / point["file"])
@@ -200,7 +200,7 @@ def _print(table: dict[str, Any], folder: Path) -> None:
         console.print(_table(table, console.width))
     for line in _advice(table, folder):
         console.print(line, soft_wrap=True)
-    files = f"front.png, front.svg, tune.json, tune.log, {FOLDER}/trial-*.toml"
+    files = f"front.png, .svg, .pdf, tune.json, tune.log, {FOLDER}/trial-*.toml"
     console.print(written_to(folder, files), soft_wrap=True)
 
 

@@ -9,7 +9,8 @@ from matplotlib.figure import Figure
 
 from spherical_wrist.comparison.crossing import CrossingStatus
 from spherical_wrist.comparison.frontier import Axis
-from spherical_wrist.comparison.picture import BEATEN, FRONT, STYLE
+from spherical_wrist.comparison.picture import BEATEN, FRONT
+from spherical_wrist.picture_style import STYLE
 from spherical_wrist.plain_text import literal
 
 COLUMNS = 2

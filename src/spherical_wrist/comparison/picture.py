@@ -8,22 +8,13 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from spherical_wrist.colours import BLUE, GREY, VERMILION
 from spherical_wrist.comparison.report import CHATTERING, ERROR
 from spherical_wrist.measure.metrics import METRICS
-from spherical_wrist.picture_file import picture_bytes
+from spherical_wrist.picture_style import STYLE
 from spherical_wrist.plain_text import literal
 
-FRONT, BEATEN, FAILED = "#0072b2", "#7f7f7f", "#d55e00"
-STYLE: Any = {
-    "font.size": 9,
-    "axes.grid": True,
-    "grid.alpha": 0.3,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "lines.linewidth": 1.2,
-    "legend.frameon": False,
-    "svg.hashsalt": "spherical-wrist",
-}
+FRONT, BEATEN, FAILED = BLUE, GREY, VERMILION
 LABEL_SIZE, GAP = 7.5, 0.055
 """Font size of the labels beside a panel, and their smallest distance as a fraction of its height."""
 
@@ -141,8 +132,3 @@ def spread_apart(wanted: list[float], gap: float) -> list[float]:
     highest = 1.0 - gap * (len(wanted) - 1)
     starts = [min(max(total / count, 0.0), highest) for total, count in blocks for _ in range(int(count))]
     return [start + gap * index for index, start in enumerate(starts)]
-
-
-def as_files(drawing: Figure, name: str) -> dict[str, bytes]:
-    """Return the files of a picture by name: PNG with 200 dots per inch, and reproducible SVG."""
-    return {f"{name}.{kind}": picture_bytes(drawing, kind, STYLE) for kind in ("png", "svg")}

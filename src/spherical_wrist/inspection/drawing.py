@@ -1,52 +1,31 @@
-"""Style of the pictures of recordings, and their conversion to files; without a screen or global state."""
+"""Style of the pictures of recordings, without a screen or global state."""
 
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from matplotlib.ticker import Locator, LogLocator, MaxNLocator, NullFormatter
 
-from spherical_wrist.colours import AXES
+from spherical_wrist.colours import AXES, PURPLE, YELLOW
+from spherical_wrist.colours import INK as TEXT_COLOUR
 from spherical_wrist.inspection.curves import BINS, drawable, telling_rows, view
-from spherical_wrist.inspection.formats import IMAGES, check_suffix
-from spherical_wrist.picture_file import picture_bytes
+from spherical_wrist.picture_style import STYLE as COMMON
 
 Array = npt.NDArray[np.float64]
 
-INK, MARK, LAYER = "#222222", "#cc79a7", "#f0e442"
+INK, MARK, LAYER = TEXT_COLOUR, PURPLE, YELLOW
 """Of text, of a run that ended before its time, and of the boundary layer."""
 STYLE: Any = {
-    "font.size": 8.5,
-    "axes.titlesize": 8.5,
-    "axes.grid": True,
-    "grid.alpha": 0.25,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
+    **COMMON,
     "axes.formatter.limits": (-3, 4),
     "axes.formatter.useoffset": False,
     "axes.formatter.use_mathtext": True,
     "lines.linewidth": 0.9,
-    "legend.frameon": False,
-    "legend.fontsize": 8.0,
-    "svg.hashsalt": "spherical-wrist",
-    "agg.path.chunksize": 20000,
 }
 FEW = 60
 """Most rows of which every one gets a mark."""
 _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
-
-
-def as_image(drawing: Figure, path: Path) -> bytes:
-    """A drawing as the content of a file: PNG at 200 dots an inch, or SVG that is the same whenever it is made.
-
-    Raises:
-        ParameterError: the name of the file ends in something else.
-    """
-    check_suffix(path, "picture", IMAGES)
-    return picture_bytes(drawing, path.suffix.lower().removeprefix("."), STYLE)
 
 
 def figure(value: float | None, unit: str = "") -> str:

@@ -12,7 +12,8 @@ import pyarrow as pa
 from pyarrow import csv, parquet
 
 from spherical_wrist.inspection.columns import Column, columns
-from spherical_wrist.inspection.formats import EXPORTS, check_suffix
+from spherical_wrist.inspection.formats import EXPORTS
+from spherical_wrist.picture_file import check_ending
 from spherical_wrist.simulation.run import Run
 
 ROWS = 1 << 16
@@ -31,7 +32,7 @@ def exported(run: Run, path: Path) -> Iterator[bytes]:
     Raises:
         ParameterError: the name ends in something else.
     """
-    check_suffix(path, "export", EXPORTS)
+    check_ending(path, "export", EXPORTS)
     return _FORMATS[path.suffix.lower()](run)
 
 

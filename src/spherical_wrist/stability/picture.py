@@ -9,7 +9,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 
-from spherical_wrist.comparison.picture import LABEL_SIZE, STYLE
+from spherical_wrist.comparison.picture import LABEL_SIZE
+from spherical_wrist.picture_style import STYLE
 from spherical_wrist.plain_text import literal
 
 COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000", "#7f7f7f")

@@ -11,8 +11,9 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter
 
-from spherical_wrist.comparison.picture import BEATEN, FAILED, FRONT, LABEL_SIZE, STYLE
+from spherical_wrist.comparison.picture import BEATEN, FAILED, FRONT, LABEL_SIZE
 from spherical_wrist.measure.metrics import METRICS
+from spherical_wrist.picture_style import STYLE
 from spherical_wrist.plain_text import literal
 
 MARKERS = {"precise": "^", "calm": "s"}

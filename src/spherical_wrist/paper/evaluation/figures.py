@@ -7,12 +7,12 @@ import numpy as np
 from matplotlib.figure import Figure
 from scipy.spatial.transform import Rotation
 
-from spherical_wrist.comparison.picture import STYLE
 from spherical_wrist.control import FuzzySlidingComputedTorque
 from spherical_wrist.fuzzy.picture import picture
 from spherical_wrist.paper.evaluation.runs import Case, Evaluation
 from spherical_wrist.paper.evaluation.setting import BASELINE, MAIN, PLAIN, PROPOSED, SMOOTH
 from spherical_wrist.picture_file import picture_bytes
+from spherical_wrist.picture_style import STYLE
 from spherical_wrist.simulation.run import Run
 
 LOOK: dict[str, dict[str, Any]] = {
