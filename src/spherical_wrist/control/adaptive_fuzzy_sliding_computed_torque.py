@@ -49,7 +49,8 @@ class AdaptiveFuzzySlidingComputedTorque(FuzzySlopeLaw):
 
     and the law above cancels the two terms in θ̃. Without a disturbance V̇ = −xᵀQ x ≤ 0; with one the weights rise while
     an error persists, and the projection onto [lowest, highest], which cannot increase |θ̃| for θ* within, keeps them
-    bounded and α positive. Each axis has weights of its own; they are the law's state, and are recorded.
+    bounded and α positive. Each axis has weights of its own; they are the law's state, and are recorded. They adapt
+    after the torque of a sample, which has those of the samples before.
     """
 
     status: ClassVar[LawStatus] = "paper"

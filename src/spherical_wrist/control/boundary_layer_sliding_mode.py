@@ -30,7 +30,8 @@ class BoundaryLayerSlidingMode(ModelBasedLaw):
     Assumptions: |Δ| < k, and nominal inertia; k is taken at the measured state for that at the desired one. Stability:
     the layer attracts, and within it the law is linear with the poles −β and those of S = 0: stable for β, λ, ζ > 0. A
     constant Δ leaves |S| = |Δ|/β, and |e| = |S|/λ without integral action; with it, none of either. The integral moves
-    only while |S| < φ or where that lowers |S|, so that it cannot wind up.
+    only while |S| < φ or where that lowers |S|, so that it cannot wind up. Integral and φ are updated before the torque
+    of the same sample.
 
     Defaults: λ, ζ and β by the criterion of ``ComputedTorqueIntegral``, far from β = λ and ζ = 1; D at least seven
     times the acceleration by 25 % and 0.3 of what the motors can do, and μ = 1, for half the mass.

@@ -23,7 +23,8 @@ class ComputedTorqueIntegral(LimitAwareLaw, ComputedTorque):
     Assumptions: d does not depend on the error; e is small, so that ė is its derivative. Stability: with the nominal
     inertia s³ + Kv s² + Kp s + Ki is Hurwitz for Ki < Kv Kp (Routh), axis by axis; a plant m times as heavy has the
     gains divided by m, and is stable for Ki < Kv Kp / m. The integral stops at ``torque_limit``, and while the whole
-    torque is beyond it, so that it does not wind up.
+    torque is beyond it, so that it does not wind up. It is updated first: the torque of a sample contains what that
+    sample adds to w.
 
     Defaults, as those of every rival law and of ``fuzzy_integral_sliding``: the smallest geometric mean of the RMS
     error over the suite of ``wrist compare`` for which the loop neither diverges nor chatters (1.3 times what plain

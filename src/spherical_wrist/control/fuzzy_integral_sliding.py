@@ -36,11 +36,13 @@ class FuzzyIntegralSliding(ModelBasedLaw):
     It grows the paper's proposal, eq. (44)–(48), by what its residual error asks for. Per axis, in the body frame,
 
         S = ė + λ α(e, ė) e + λ_I z,    ż = μ(e) e,                                 the surface,
-        w = λ α ė + λ_I μ e + κ φ tanh(S / φ) + δ̂,    τ = N + H (q̈_d + w),         the torque,
+        w = λ α ė + λ_I μ e + κ_T φ tanh(Ŝ / φ) + δ̂,    τ = N + H (q̈_d + w),       the torque,
 
     with α from 21 rules, as eq. (46)–(47), on a logarithmic scale of e; μ the degree to which e is zero (the set Z of
-    the same scale); and δ̂ the mismatch that ``mismatch_observer`` estimates. N, H and q̈_d are taken for the middle of
-    the period in which τ acts; S, e and ė are foreseen until its beginning, from what was asked for since the sample.
+    the same scale); and Ŝ and δ̂ the surface and the mismatch that ``mismatch_observer`` estimates from S. Sampled, κ is
+    κ_T = (1 − exp(−κ T)) / T, with which a torque that is held makes S decay from sample to sample as exp(−κ t) does.
+    N, H and q̈_d are taken for the middle of the period in which τ acts; Ŝ, e and ė are foreseen until its beginning,
+    from what was asked for since the sample. The z of a sample sums the errors of the samples before it.
 
     Why it works. The wrist obeys ë = −w + δ, where δ = H⁻¹ ((H_plant − H) ω̇ + N_plant − N − d) and the like is all that
     the model misses, so that Ṡ = −κ φ tanh(S / φ) + (δ − δ̂), but for the change of α. V = ½ S² falls while

@@ -25,13 +25,14 @@ class FuzzyObserverSliding(ModelBasedLaw):
     that bandwidth. Per axis, in the body frame, with e and ė of ``fused_state``,
 
         S = λ e + ė,                                                                   the surface,
-        w = (λ ė + κ' φ tanh((S + k_I ∫S dt) / φ) + δ̂ + Q(z) r) / γ̂,
+        w = (λ ė + κ_T φ tanh((S + k_I ∫S dt) / φ) + δ̂ + Q(z) r) / γ̂,
         τ = N + H (q̈_d + w),                                                           the torque,
 
-    where δ̂ is the mismatch that ``surface_observer`` estimates from S, r its innovation, Q(z) = (q₁ z⁻¹ − q₀) /
+    where κ_T = (1 − exp(−κ' T)) / T, with which a torque that is held makes S decay from sample to sample as exp(−κ' t)
+    does; δ̂ is the mismatch that ``surface_observer`` estimates from S, r its innovation, Q(z) = (q₁ z⁻¹ − q₀) /
     (T (1 − p z⁻¹)²), and γ̂ the gain of the input, which ``input_identification`` estimates with the delay that nobody
     knows of. N, H and q̈_d are those of the middle of the period in which τ acts; S, e and ė are foreseen until its
-    beginning, from the w that were asked for.
+    beginning, from the w that were asked for. ∫S dt sums the foreseen S, no more than φ of each, before it is used.
 
     Fuzzy rules. Let a be the largest recent innovation in standard deviations σ̂ of the noise, forgotten at the rate
     ``memory``. Two sets of a add up to one, quiet below ``quiet`` and surprised beyond ``surprising``:
@@ -43,7 +44,7 @@ class FuzzyObserverSliding(ModelBasedLaw):
     period after it began, and meets the high one. σ̂ follows the noise, from 1.25 times the mean size of the
     innovations, and not below ``floor``.
 
-    Why it works. The wrist obeys ë = −γ w + δ, so that S decays like Ṡ = −κ' φ tanh(…) + (δ − δ̂) − Q(z) r. For a fixed
+    Why it works. The wrist obeys ë = −γ w + δ, so that S decays like Ṡ = −κ_T φ tanh(…) + (δ − δ̂) − Q(z) r. For a fixed
     factor the loop is linear within the layer φ, and on the nominal plant its poles are those of the surface (λ), of
     reaching (κ', k_I), of the observer and of Q: the innovation that Q is fed by does not depend on the commands there
     (Youla, Jabr and Bongiorno, 1976). Each of the two frozen loops is stable.

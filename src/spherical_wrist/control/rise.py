@@ -34,7 +34,8 @@ class RISE(LimitAwareLaw):
     Assumptions: nominal inertia, bounded ḋ and d̈; ``sign`` needs to switch arbitrarily fast. Held for a period T its
     integral moves in steps of β T. Within a layer φ the law is linear: a PID with the integral gain k α + β / φ, for
     which S̈ + k Ṡ + (k α + β/φ) S = −δ̇; stable, and a slow d leaves S = δ̇ / (k α + β / φ). Outside it is that of Xian.
-    The integral stops at the limits of the motors, and while the whole torque is beyond them.
+    The integral stops at the limits of the motors, and while the whole torque is beyond them. It is updated first: the
+    torque of a sample contains what that sample adds to w.
 
     Defaults by the criterion of ``LinearADRC``, in the layer. Known lateness is not compensated.
     """

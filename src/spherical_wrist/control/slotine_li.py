@@ -36,6 +36,7 @@ class SlotineLi(LimitAwareLaw):
     Assumptions: what the model misses is of the form Y θ*, and small e, so that ė is its derivative. Other
     disturbances d leave S bounded: c follows slow ones as an integral does, at S of about H⁻¹ ḋ / γ_c. θ is projected
     onto bounds, which does not increase V for a θ* within them, and rests while the torque is beyond ``torque_limit``.
+    Of a sample's torque, c already contains what the sample taught; the rest of θ is that of the samples before.
 
     Defaults: λ, K and γ_c by the criterion of ``ComputedTorqueIntegral``, in motion too. It wants the other gains as
     small as can be, since each γ adds to the same loop gain while only c helps against every disturbance; with noise

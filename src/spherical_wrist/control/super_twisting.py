@@ -25,6 +25,8 @@ class SuperTwisting(LimitAwareLaw):
     is zero after 2 √V(0) / γ (Moreno and Osorio, 2012). For |H⁻¹ ḋ| ≤ L per axis, k₂ > L and k₁² > 4 L (k₂ + L) / (k₂
     − L) suffice (Levant, 1993): S and Ṡ vanish in finite time, whatever d itself.
 
+    Sampled: w⁺ = w + T H k₂ sw(S/φ) comes first, and the torque of the same sample contains w⁺.
+
     Assumptions: nominal inertia and a bounded ḋ; ``sign`` needs to switch arbitrarily fast. Held for a period T, its
     torque chatters with steps of k₂ T and k₁ √|S|: S stays of the order of k₂ T² on ideal hardware, and with delays it
     is a limit cycle. Within a layer the law is linear, S̈ + (k₁/√φ) Ṡ + (k₂/φ) S = −H⁻¹ ḋ, stable and without

@@ -50,7 +50,7 @@ def motion_of_waves(time: Array, amplitude: Array, frequency: Array, phase: Arra
 
 
 class Sinusoid(Reference):
-    """The paper's angles α, β, γ, each A sin(2π f t + φ) with one frequency."""
+    """The paper's angles α, β, γ, each A sin(2π f t + φ) with one frequency: R = Rx(α) Ry(β) Rz(γ), body → world."""
 
     amplitude: NonNegativeVector = quantity((0.5, 0.5, 0.5), "rad", "amplitude of α, β, γ")
     frequency: NonNegative = quantity(0.5, "Hz", "frequency")
@@ -62,7 +62,11 @@ class Sinusoid(Reference):
 
 
 class Lissajous(Reference):
-    """Angles A sin(2π f t + φ) with three incommensurate frequencies, so that the motion never repeats."""
+    """The paper's angles, each A sin(2π f t + φ), with three incommensurate frequencies: the motion never repeats.
+
+    The attitude is R = Rx(α) Ry(β) Rz(γ), body → world: α about x, then β about the turned y, then γ about the turned
+    z, which is that of the body. Parameters are in the order α, β, γ.
+    """
 
     amplitude: NonNegativeVector = quantity((0.5, 0.5, 0.5), "rad", "amplitude of α, β, γ")
     frequency: NonNegativeVector = quantity(

@@ -19,10 +19,11 @@ FADE = 0.1
 class Chirp(Reference):
     """The paper's angles α, β, γ, each A sin(2π ϕ(t) + phase), with a frequency ϕ̇ that sweeps and then stays.
 
-    Linear, ϕ̇ = start + c t; exponential, ϕ̇ = start·exp(k t), equal times for equal ratios of frequency. A slope of ϕ̇
-    that broke off at the end would be a jump of the acceleration. Over the last tenth of ``length`` it falls to zero in
-    proportion to the time left, and c or k is such that ϕ̇ then is ``final``, where it stays for good. ϕ, ϕ̇ and ϕ̈ are
-    continuous and in closed form. Before t = 0 the formula of the sweep continues.
+    The attitude is R = Rx(α) Ry(β) Rz(γ), body → world. Linear, ϕ̇ = start + c t; exponential, ϕ̇ = start·exp(k t),
+    equal times for equal ratios of frequency. A slope of ϕ̇ that broke off at the end would be a jump of the
+    acceleration. Over the last tenth of ``length`` it falls to zero in proportion to the time left, and c or k is such
+    that ϕ̇ then is ``final``, where it stays for good. ϕ, ϕ̇ and ϕ̈ are continuous and in closed form. Before t = 0 the
+    formula of the sweep continues.
     """
 
     amplitude: NonNegativeVector = quantity((0.1, 0.1, 0.1), "rad", "amplitude of α, β, γ")

@@ -7,7 +7,7 @@ from spherical_wrist.files import make_folder, write_together
 from spherical_wrist.paper.evaluation import figures, setting
 from spherical_wrist.paper.evaluation.claims import check_claims
 from spherical_wrist.paper.evaluation.runs import Case, Evaluation, evaluate
-from spherical_wrist.paper.evaluation.verdict import Finding, number
+from spherical_wrist.paper.evaluation.verdict import THRESHOLDS, Finding, number
 from spherical_wrist.recording.runs import record
 from spherical_wrist.simulation.run import versions
 
@@ -49,7 +49,14 @@ def regenerate(folder: Path) -> dict[str, Any]:
         "disturbance_Nm": found.disturbance,
         "table": [entry(found, case) for case in found.runs],
         "claims": [
-            {"claim": f.claim, "source": f.source, "verdict": str(f.verdict), "evidence": f.evidence} for f in findings
+            {
+                "claim": f.claim,
+                "source": f.source,
+                "verdict": str(f.verdict),
+                "trials": [trial._asdict() for trial in f.trials],
+                "evidence": f.evidence,
+            }
+            for f in findings
         ],
         "versions": versions(),
         "files": [*contents, *recorded],
@@ -62,6 +69,7 @@ def entry(found: Evaluation, case: Case) -> dict[str, Any]:
     return {
         "method": case.method,
         "variant": case.variant or None,
+        "title": setting.VARIANTS[case.variant].title if case.variant else None,
         "disturbance_level": case.level,
         "outcome": str(found.runs[case].outcome.status),
         "rms_error_rad": metrics.rms_error_rad,
@@ -73,13 +81,13 @@ def entry(found: Evaluation, case: Case) -> dict[str, Any]:
 
 def text(found: Evaluation, findings: list[Finding]) -> str:
     """Write the report as Markdown."""
-    evidence = (f"- **{f.claim}** ({f.source}) *{f.verdict}*. {f.evidence}" for f in findings)
     made_with = ", ".join(f"{name} {version}" for name, version in versions().items())
     paragraphs = (
         "# The paper's evaluation, regenerated",
         _about(found),
         "## Verdicts",
         _verdicts(findings),
+        THRESHOLDS,
         "## Table 1: precision",
         _table(found),
         "## Figure 1: trajectory following",
@@ -92,7 +100,7 @@ def text(found: Evaluation, findings: list[Finding]) -> str:
         "![Membership functions, rule weights and slope](rules.png)",
         RULES,
         "## Evidence",
-        "\n".join(evidence),
+        *map(_evidence, findings),
         f"Made with {made_with}. The runs behind the figures are in `recordings/`, for `wrist inspect` to check.",
     )
     return "\n\n".join(paragraphs)
@@ -110,8 +118,21 @@ def _about(found: Evaluation) -> str:
 
 
 def _verdicts(findings: list[Finding]) -> str:
-    rows = [f"| {f.claim} | {f.source} | **{f.verdict}** |" for f in findings]
+    rows = [" ".join(("|", _cell(f.claim), "|", _cell(f.source), "|", f"**{f.verdict}** |")) for f in findings]
     return "\n".join(["| claim | where | verdict |", "|---|---|---|", *rows])
+
+
+def _evidence(finding: Finding) -> str:
+    rows = [f"- {'holds' if t.holds else 'fails'}, {t.condition}: {t.figures}" for t in finding.trials]
+    return "\n\n".join(
+        part
+        for part in (
+            f"**{finding.claim}** ({finding.source}): *{finding.verdict}*.",
+            "\n".join(rows),
+            finding.remark,
+        )
+        if part
+    )
 
 
 def _table(found: Evaluation) -> str:
@@ -121,8 +142,10 @@ def _table(found: Evaluation) -> str:
     ]
     pairs = dict.fromkeys((case.variant, case.method) for case in found.runs)
     for variant, method in pairs:
-        cells = [f"{number(found.error(method, variant, level))} | {number(found.chattering(method, variant, level))}"
-                 for level in setting.LEVELS]  # fmt: skip
+        cells = [
+            f"{number(found.error(method, variant, level))} | {number(found.chattering(method, variant, level))}"
+            for level in setting.LEVELS
+        ]
         title = setting.VARIANTS[variant].title if variant else "any"
         rows.append(f"| {title} | {setting.TITLES[method]} | {' | '.join(cells)} |")
     for method in (setting.BASELINE, setting.PROPOSED):
@@ -135,3 +158,8 @@ def _record(found: Evaluation, case: Case, folder: Path) -> str:
     name = f"{RECORDINGS}/{case.name}.rrd"
     record(found.runs[case], folder / name)
     return name
+
+
+def _cell(words: str) -> str:
+    """Escape what ends a cell of a Markdown table."""
+    return words.replace("|", "\\|")

@@ -87,6 +87,14 @@ class Evaluation(NamedTuple):
         steady = run.time >= setting.STEADY_FROM
         return float(np.std(np.linalg.norm(run.error[steady], axis=1)))
 
+    def slope_ratio(self, variant: str, level: float) -> float:
+        """Compute the slope of the proposal over that of the baseline, median over the steady window and the axes."""
+        slopes = []
+        for method in (setting.PROPOSED, setting.BASELINE):
+            run = self.runs[Case(method, variant, level)]
+            slopes.append(np.median(run.slope[run.time >= setting.STEADY_FROM]))
+        return float(slopes[0] / slopes[1])
+
     def unresisted(self, gain: float) -> float:
         """Compute |(H Kp)⁻¹ (d − K)| [rad]: steady error under a constant torque d above the switching gain K."""
         stiffness = np.array(self.inertia) * np.array(SlidingComputedTorque().Kp)

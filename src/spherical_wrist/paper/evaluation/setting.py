@@ -79,3 +79,7 @@ VARIANTS = {
         _equal(),
     ),
 }
+EQUAL = (MAIN, WEAK, SMOOTH)
+"""Variants in which both methods have the same switching gain, so that they differ in the tuning alone."""
+SIGN = (MAIN, WEAK)
+"""Those of them that switch by the sign."""
