@@ -29,7 +29,7 @@ from spherical_wrist.recording.seal import check_seal
 COMMANDS = {
     "run": "run --duration 0.5 -o out/a.rrd",
     "compare": "compare --law pd --case realistic --duration 0.3 --record all -o out",
-    "frontier": "frontier --law pd --axis mass --tolerance 0.3 --set duration=0.3 -o out",
+    "frontier": "frontier --law pd --axis heavier --tolerance 0.3 --set duration=0.3 -o out",
     "margins": "margins --law pd --no-ranges -o out",
     "paper": "paper -o out",
     "sweep": "sweep campaign.toml -o out/c --workers 0 --threads 1",

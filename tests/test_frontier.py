@@ -14,12 +14,16 @@ from scipy.spatial.transform import Rotation
 
 from rigs import RigidBody, one_line
 from spherical_wrist import Experiment, simulate
+from spherical_wrist.comparison.bounds import BOUNDS, Miss, find_miss, read_bounds
 from spherical_wrist.comparison.crossing import Crossing, CrossingStatus, first_crossing
-from spherical_wrist.comparison.frontier import AXES, Edge, chosen_axes, frontier
+from spherical_wrist.comparison.frontier import Edge, frontier
 from spherical_wrist.comparison.frontier_picture import frontier_picture
 from spherical_wrist.comparison.frontier_report import order, to_dict
 from spherical_wrist.control import ComputedTorque, SlidingComputedTorque
 from spherical_wrist.errors import ParameterError, UnknownNameError, WristError
+from spherical_wrist.experiment.axes import AXES, chosen_axes
+from spherical_wrist.loop.outcome import Outcome, Status
+from spherical_wrist.measure.metrics import METRICS, Metrics
 
 # --- the search
 
@@ -71,25 +75,36 @@ def test_a_search_without_sense_is_one_line(wrong):
 
 # --- systems whose crossings are known
 
+
+def tip(bound):
+    return {"max_tip_error_mm": bound}
+
+
 TILT = (0.3, 0.2, 0.0)
 HOLD = {"reference": {"name": "hold", "rotation": TILT}, "duration": 2.5, "model": None}
 
 
-def resting_tip_error(nominal, gap):
-    """Tip error [mm] of computed torque at rest, where H Kp e makes up for the torque that its model lacks.
+def resting_error(nominal, gap, gains):
+    """Attitude error [rad] of computed torque at rest, where H Kp e makes up for the torque that its model lacks.
 
     Args:
         nominal: the wrist.
         gap: that torque [N·m], of the attitude.
+        gains: Kp.
     """
-    body, gains = RigidBody.of(nominal), np.array(ComputedTorque().Kp)
+    body = RigidBody.of(nominal)
     desired = Rotation.from_rotvec(TILT)
 
     def balance(e):
         actual = desired * Rotation.from_rotvec(e).inv()
         return body.inertia @ (gains * e) - gap(body, actual.as_quat(scalar_first=True))
 
-    e = fsolve(balance, np.zeros(3), xtol=1e-13)
+    return fsolve(balance, np.zeros(3), xtol=1e-10)
+
+
+def resting_tip_error(nominal, gap):
+    """The same as an error of the tip [mm], with the law's own gains."""
+    e = resting_error(nominal, gap, np.array(ComputedTorque().Kp))
     return 1000.0 * np.linalg.norm(Rotation.from_rotvec(e).apply(nominal.lever) - nominal.lever)
 
 
@@ -113,65 +128,173 @@ def lacking_disturbance(value):
     return gap
 
 
+def lacking_payload(value):
+    """A point mass at the tip; its lever is that of the wrist of the package."""
+    lever = Experiment().nominal().lever
+
+    def gap(body, attitude):
+        down = Rotation.from_quat(attitude, scalar_first=True).inv().apply([0.0, 0.0, -9.81])
+        return -np.cross(value * lever, down)
+
+    return gap
+
+
 @pytest.mark.parametrize(
-    ("axis", "lacking", "high"),
-    [("mass", lacking_mass, 2.0), ("com", lacking_shift, 0.01), ("disturbance", lacking_disturbance, 1.0)],
+    ("axis", "lacking", "far"),
+    [
+        ("heavier", lacking_mass, 2.0),
+        ("lighter", lacking_mass, 0.8),
+        ("com", lacking_shift, 0.01),
+        ("payload", lacking_payload, 0.005),
+        ("disturbance", lacking_disturbance, 1.0),
+    ],
 )
-def test_the_crossing_of_computed_torque_at_rest_is_that_of_statics(nominal, axis, lacking, high):
-    bound, start = 0.5, 1.0 if axis == "mass" else 0.0
-    expected = brentq(lambda value: resting_tip_error(nominal, lacking(value)) - bound, start, high)
-    (edge,) = frontier({"ct": ComputedTorque()}, chosen_axes([axis]), HOLD, {}, bound=bound, tolerance=0.005)
+def test_the_crossing_of_computed_torque_at_rest_is_that_of_statics(nominal, axis, lacking, far):
+    (axis,) = chosen_axes([axis])
+    bound = 0.5
+    expected = brentq(lambda value: resting_tip_error(nominal, lacking(value)) - bound, axis.base, far)
+    (edge,) = frontier({"ct": ComputedTorque()}, [axis], HOLD, {}, bounds=tip(bound), tolerance=0.005)
     assert edge.crossing.status is CrossingStatus.CROSSING
-    slack = 0.006 * max(expected - start, edge.axis.first)
-    assert edge.misses == pytest.approx(expected, abs=slack)
-    assert edge.holds < edge.misses
+    assert axis.deviation(edge.misses) == pytest.approx(axis.deviation(expected), rel=0.006, abs=0.006 * axis.first)
+    assert axis.deviation(edge.holds) < axis.deviation(edge.misses)
+    assert (edge.miss.metric, edge.miss.value) == ("max_tip_error_mm", pytest.approx(bound, rel=0.01))
+
+
+def test_a_wrist_that_turns_about_its_tool_misses_by_attitude(nominal):
+    """Stiff across the tool and soft about it: the tip stays, which alone hides that the wrist has turned."""
+    laws, axes = {"soft": ComputedTorque(Kp=(1e4, 1e4, 400.0), Kv=(200.0, 200.0, 40.0))}, chosen_axes(["disturbance"])
+
+    def turned(value):
+        return np.linalg.norm(resting_error(nominal, lacking_disturbance(value), laws["soft"].Kp)) - 0.01
+
+    (edge,) = frontier(laws, axes, HOLD, {}, tolerance=0.005)
+    assert edge.misses == pytest.approx(brentq(turned, 0.0, 0.2), rel=0.006, abs=0.006 * axes[0].first)
+    assert edge.miss.metric == "max_error_rad"
+    assert edge.miss.reason == f"max error {edge.miss.value:.4g} rad > 0.01 rad"
+    (by_tip,) = frontier(laws, axes, HOLD, {}, bounds=tip(0.1), tolerance=0.1)
+    assert by_tip.misses > 1.3 * edge.misses
+
+
+SHORT = {"duration": 0.6}
 
 
 @pytest.fixture(scope="module")
 def edges():
-    laws = {"sliding": SlidingComputedTorque(), "ct": ComputedTorque()}
-    return frontier(laws, AXES, {}, {"duration": 2.4}, bound=0.2, tolerance=0.3, jobs=2)
+    laws = {"ct": ComputedTorque(), "sliding": SlidingComputedTorque()}
+    return frontier(laws, chosen_axes(), {}, SHORT, bounds=tip(0.2), tolerance=0.5, jobs=2)
 
 
 def test_the_bound_is_held_before_and_missed_at_the_crossing_on_every_axis(edges):
     """Each axis does to the wrist what it says: built here from its own names."""
     build = {
-        "mass": lambda v: {"mass_scale": v},
+        "heavier": lambda v: {"mass_scale": v},
+        "lighter": lambda v: {"mass_scale": v},
         "com": lambda v: {"com_shift": (v, 0.0, 0.0)},
+        "payload": lambda v: {"payload": v},
+        "friction": lambda v: {"friction": v},
         "disturbance": lambda v: {"disturbance": {"level": v}},
+        "frequency": lambda v: {"disturbance": {"name": "sinusoid", "frequency": v, "level": 0.25} if v else 0.25},
         "delay": lambda v: {"sensing": {"delay": v}},
+        "unknown_delay": lambda v: {"sensing": {"delay": v, "timestamped": False}},
+        "lag": lambda v: {"actuation": {"lag": v}},
         "noise": lambda v: {"sensing": {"attitude_noise": v}},
     }
-    assert [(edge.law, edge.axis.name) for edge in edges] == [
-        (law, axis) for law in ("sliding", "ct") for axis in build
-    ]
+    assert set(build) == set(AXES)
+    assert [(edge.law, edge.axis.name) for edge in edges] == [(law, axis) for law in ("ct", "sliding") for axis in AXES]
+    assert {edge.crossing.status for edge in edges} >= {CrossingStatus.CROSSING, CrossingStatus.NOMINAL}
     for edge in edges:
-        assert edge.crossing.status is CrossingStatus.CROSSING
-        perfect = {"mass_scale": 1.0, "disturbance": 0.0, "duration": 2.4}
+        perfect = {"mass_scale": 1.0, "disturbance": 0.0, **SHORT}
         law = {"sliding": "sliding_computed_torque", "ct": "computed_torque"}[edge.law]
-        held, missed = (
-            simulate(Experiment(**{**perfect, **build[edge.axis.name](value), "law": law}))
-            for value in (edge.holds, edge.misses)
-        )
-        assert held.metrics.max_tip_error_mm <= 0.2
-        assert missed.outcome.status != "completed" or missed.metrics.max_tip_error_mm > 0.2
-        assert edge.experiment == missed.experiment
+
+        def run(value):
+            return simulate(Experiment(**{**perfect, **build[edge.axis.name](value), "law": law}))  # noqa: B023
+
+        if edge.holds is not None:
+            held = run(edge.holds)
+            assert held.outcome.status == "completed"
+            assert held.metrics.max_tip_error_mm <= 0.2
+        if edge.misses is not None:
+            missed = run(edge.misses)
+            assert edge.experiment == missed.experiment
+            assert edge.miss == find_miss(missed.outcome, missed.metrics, tip(0.2))
+            assert edge.miss.metric is None or edge.miss.value > 0.2
+
+
+@pytest.mark.parametrize("axis", chosen_axes(), ids=lambda axis: axis.name)
+def test_values_go_from_the_base_to_the_limit(axis):
+    assert axis.value(0.0) == axis.base
+    assert axis.value(axis.span) == axis.limit
+    assert 0.0 < axis.first < axis.span
+    assert axis.deviation(axis.value(axis.first)) == pytest.approx(axis.first, rel=1e-4)  # six digits are kept
+    values = [axis.value(deviation) for deviation in np.linspace(0.0, axis.span, 9)]
+    assert values == sorted(values, reverse=axis.limit < axis.base)
+
+
+def test_the_frequency_is_that_of_the_disturbance_of_the_experiment():
+    [axis] = chosen_axes(["frequency"])
+    square = Experiment(disturbance={"name": "square", "amplitude": 0.003, "phase": 1.0})
+    assert axis.change(square, 7.0).disturbance == square.disturbance.replaced(frequency=7.0)
+    constant = axis.change(square, 0.0).disturbance
+    assert (constant.name, constant.amplitude) == ("constant", 0.003)
+    assert axis.change(Experiment(disturbance=0.1), 7.0) == Experiment(
+        disturbance={"name": "sinusoid", "level": 0.1, "frequency": 7.0}
+    )
+
+
+def test_no_frequency_beyond_what_the_control_period_shows_is_tested():
+    slow = {"control_period": 0.02, "duration": 2.4}
+    (edge,) = frontier({"ct": ComputedTorque()}, chosen_axes(["frequency"]), {}, slow, bounds=tip(1e9), tolerance=0.3)
+    assert (edge.crossing.status, edge.holds) == (CrossingStatus.NEVER, 20.0)  # of a rate of 50 Hz
+
+
+# --- bounds
+
+
+def test_a_miss_is_the_bound_that_is_exceeded_the_most():
+    figures = Metrics({"max_tip_error_mm": 0.3, "max_error_rad": 0.02, "reaching_time_s": None})
+    done = Outcome(Status.COMPLETED, 1.0)
+    assert find_miss(done, figures, {"max_tip_error_mm": 0.3, "max_error_rad": 0.02}) is None
+    found = find_miss(done, figures, {"max_tip_error_mm": 0.1, "max_error_rad": 0.005})
+    assert found == Miss("max_error_rad", 0.02, "max error 0.02 rad > 0.005 rad")
+    found = find_miss(done, figures, {"max_tip_error_mm": 0.1, "reaching_time_s": 9.0})
+    assert found == Miss("reaching_time_s", None, "reached at without a value > 9 s")
+    lost = Outcome(Status.DIVERGED, 0.5, "the rate is 1e9 rad/s")
+    assert find_miss(lost, figures, {"max_tip_error_mm": 1.0}) == Miss(None, None, str(lost))
+
+
+def test_bounds_are_read_over_the_usual_ones():
+    assert read_bounds([], BOUNDS) == BOUNDS
+    assert read_bounds(["max_error_rad = none", "rms_error_rad=1e-3", "max_tip_error_mm=0.2"], BOUNDS) == {
+        "max_tip_error_mm": 0.2,
+        "rms_error_rad": 1e-3,
+    }
+    for texts, said in (
+        (["max_tip_error=1"], "did you mean 'max_tip_error_mm'"),
+        (["max_tip_error_mm"], "METRIC=VALUE"),
+        (["max_tip_error_mm=-1"], "greater than 0"),
+        (["max_tip_error_mm=0.1mm"], "greater than 0"),
+        (["max_error_rad=none", "max_tip_error_mm=none"], "a bound is needed"),
+    ):
+        with pytest.raises(ParameterError) as error:
+            read_bounds(texts, BOUNDS)
+        assert said in one_line(error.value)
 
 
 def test_the_number_of_threads_changes_no_bit(edges):
-    again = frontier(
-        {"sliding": SlidingComputedTorque()}, AXES, {}, {"duration": 2.4}, bound=0.2, tolerance=0.3, jobs=1
-    )
-    assert [edge.crossing for edge in again] == [edge.crossing for edge in edges[: len(AXES)]]
+    some = chosen_axes(["lighter", "frequency", "noise"])
+    again = frontier({"ct": ComputedTorque()}, some, {}, SHORT, bounds=tip(0.2), tolerance=0.5, jobs=1)
+    assert again == [edge for edge in edges if edge.law == "ct" and edge.axis in some]
 
 
 def test_a_run_that_diverges_is_a_miss_and_the_experiment_comes_first():
-    laws, mass = {"ct": ComputedTorque()}, chosen_axes(["mass"])
-    (edge,) = frontier(laws, mass, {"disturbance": {"amplitude": 50.0}, "duration": 2.2}, {}, bound=1e9)
+    laws, mass = {"ct": ComputedTorque()}, chosen_axes(["heavier"])
+    (edge,) = frontier(laws, mass, {"disturbance": {"amplitude": 50.0}, "duration": 2.2}, {}, bounds=tip(1e9))
     assert edge.crossing.status is CrossingStatus.NOMINAL
     assert edge.misses == 1.0
     assert edge.experiment.disturbance.amplitude == 50.0
-    (edge,) = frontier(laws, mass, {"duration": 2.2}, {"mass_scale": 3.0, "payload": 0.01}, bound=1e9)
+    assert edge.miss.metric is None
+    assert edge.miss.reason.startswith("diverged at ")
+    (edge,) = frontier(laws, mass, {"duration": 2.2}, {"mass_scale": 3.0, "payload": 0.01}, bounds=tip(1e9))
     assert edge.crossing.status is CrossingStatus.NEVER  # the axis takes the place of what the experiment says of it
     assert edge.experiment.mass_scale == 10.0
     assert edge.experiment.payload == 0.01
@@ -179,26 +302,33 @@ def test_a_run_that_diverges_is_a_miss_and_the_experiment_comes_first():
 
 
 @pytest.mark.parametrize(
-    ("options", "said"), [({"bound": 0.0}, "bound"), ({"tolerance": 2.0}, "tolerance"), ({"jobs": 0}, "jobs")]
+    ("options", "said"),
+    [
+        ({"bounds": tip(0.0)}, "bound"),
+        ({"bounds": {"copper_loss_W": 1.0}}, "spherical motors"),
+        ({"tolerance": 2.0}, "tolerance"),
+        ({"jobs": 0}, "jobs"),
+    ],
 )
 def test_a_frontier_without_sense_is_one_line(options, said):
     with pytest.raises(WristError) as error:
-        frontier({"ct": ComputedTorque()}, AXES, {}, {"duration": 2.2}, **options)
+        frontier({"ct": ComputedTorque()}, chosen_axes(), {}, {"duration": 2.2}, **options)
     assert said in one_line(error.value)
     with pytest.raises(UnknownNameError, match="did you mean 'delay'"):
         chosen_axes(["dely"])
     with pytest.raises(WristError) as error:
-        frontier({"ct": ComputedTorque()}, AXES, {"sensing": {"dely": 1.0}}, {})
+        frontier({"ct": ComputedTorque()}, chosen_axes(), {"sensing": {"dely": 1.0}}, {})
     one_line(error.value)
 
 
 # --- the report
 
-MASS, COM = chosen_axes(["mass", "com"])
+MASS, COM = chosen_axes(["heavier", "com"])
 
 
 def edge(law, axis, found, misses=None):
-    return Edge(law, axis, Crossing(found, 0.0, misses, (0.0,)), Experiment())
+    miss = None if misses is None else Miss("max_error_rad", 0.02, "max error 0.02 rad > 0.01 rad")
+    return Edge(law, axis, Crossing(found, 0.0, misses, (0.0,)), Experiment(), miss)
 
 
 def test_laws_are_ordered_by_their_mean_rank():
@@ -218,13 +348,13 @@ def table():
         edge("a_law", MASS, CrossingStatus.NEVER), edge("a_law", COM, CrossingStatus.CROSSING, 0.01),
         edge("b_law", MASS, CrossingStatus.CROSSING, 0.5), edge("b_law", COM, CrossingStatus.NOMINAL, 0.0),
     ]  # fmt: skip
-    return to_dict(found, {"a_law": ComputedTorque(), "b_law": ComputedTorque()}, (MASS, COM), 0.1, 0.02, 1.0)
+    return to_dict(found, {"a_law": ComputedTorque(), "b_law": ComputedTorque()}, (MASS, COM), BOUNDS, 0.02, 1.0)
 
 
 def test_bars_of_the_picture_end_at_the_crossings():
     mass, com = frontier_picture(table(), (MASS, COM)).axes
     for axes, names, ends, texts in (
-        (mass, ["b law", "a law"], [0.5, 9.0], ["1.5", "> 10"]),
+        (mass, ["b law", "a law"], [1.5, 10.0], ["1.5", "> 10"]),
         (com, ["b law", "a law"], [None, 10.0], ["misses already at the nominal", "10"]),
     ):
         assert [label.get_text() for label in axes.get_yticklabels()] == names
@@ -235,24 +365,31 @@ def test_bars_of_the_picture_end_at_the_crossings():
 
 # --- the command line
 
-QUICK = ["--law", "pd", "--law", "sliding_computed_torque", "--axis", "mass", "--axis", "noise", "--duration", "2.2"]
+COARSE = ["--tolerance", "0.9", "--max", "max_tip_error_mm=1"]
+QUICK = ["--law", "pd", "--law", "sliding_computed_torque", "--axis", "lighter", "--axis", "noise", "--duration", "0.6"]
 
 
 def test_json_has_the_promised_keys_and_its_commands_replay_the_miss(wrist):
-    code, out, err = wrist("frontier", *QUICK, "--bound", "0.2", "--tolerance", "0.1", "--json", "-o", "out")
+    code, out, err = wrist(
+        "frontier", *QUICK, "--max", "max_tip_error_mm=0.2", "--tolerance", "0.1", "--json", "-o", "out"
+    )
     given = json.loads(out)
     assert (code, err) == (0, "")
-    assert set(given) == {"bound_mm", "tolerance", "axes", "laws", "versions", "files", "wall_time_s"}
-    assert (given["bound_mm"], given["tolerance"]) == (0.2, 0.1)
-    assert [axis["axis"] for axis in given["axes"]] == ["mass", "noise"]
+    assert set(given) == {"bounds", "tolerance", "axes", "laws", "versions", "files", "wall_time_s"}
+    assert (given["bounds"], given["tolerance"]) == ({"max_tip_error_mm": 0.2, "max_error_rad": 0.01}, 0.1)
+    assert [axis["axis"] for axis in given["axes"]] == ["lighter", "noise"]
     sliding, pd = given["laws"]
     assert [sliding["law"], pd["law"]] == ["sliding_computed_torque", "pd"]
     assert {edge["found"] for edge in pd["edges"].values()} == {"misses already at the nominal"}
-    for edge in sliding["edges"].values():
+    assert {edge["by"] for edge in pd["edges"].values()} <= set(given["bounds"])
+    for axis in given["axes"]:
+        edge = sliding["edges"][axis["axis"]]
         assert edge["found"] == "crossing"
-        assert 0.0 < edge["holds"] < edge["misses"]
+        assert abs(edge["holds"] - axis["base"]) < abs(edge["misses"] - axis["base"])
         code, out, _ = wrist(*shlex.split(edge["command"])[1:], "--no-recording", "--json")
-        assert json.loads(out)["metrics"]["max_tip_error_mm"] > 0.2
+        value = json.loads(out)["metrics"][edge["by"]]
+        assert value > given["bounds"][edge["by"]]
+        assert f"{value:.4g} {METRICS[edge['by']].unit} > " in edge["reason"]
     assert json.loads(Path("out/frontier.json").read_text()) == given
     assert {path.name for path in Path("out").iterdir()} == {f"frontier.{end}" for end in ("json", "pdf", "png", "svg")}
     assert imread("out/frontier.png").ndim == 3
@@ -262,7 +399,9 @@ def test_json_has_the_promised_keys_and_its_commands_replay_the_miss(wrist):
 def test_the_table_fits_the_terminal(wrist, monkeypatch, width):
     monkeypatch.setenv("COLUMNS", str(width))
     long = "adaptive_fuzzy_sliding_computed_torque Kp=400"
-    code, out, _ = wrist("frontier", "--law", long, *QUICK[4:], "--law", "pd", "--tolerance", "0.9", "--bound", "1")
+    code, out, _ = wrist(
+        "frontier", "--law", long, *QUICK[4:], "--law", "pd", "--tolerance", "0.9", "--max", "max_tip_error_mm=1"
+    )
     assert code == 0
     assert all(len(line) <= width for line in out.splitlines())
     assert "nominal" in out
@@ -273,7 +412,9 @@ def test_the_table_fits_the_terminal(wrist, monkeypatch, width):
 def test_the_law_that_holds_furthest_stands_out(wrist, monkeypatch):
     monkeypatch.setenv("FORCE_COLOR", "1")
     monkeypatch.setenv("COLUMNS", "120")
-    _, out, _ = wrist("frontier", *QUICK, "--law", "computed_torque", "--tolerance", "0.9", "--bound", "1")
+    _, out, _ = wrist(
+        "frontier", *QUICK, "--law", "computed_torque", "--tolerance", "0.9", "--max", "max_tip_error_mm=1"
+    )
     rows = [line for line in out.splitlines() if line.lstrip("\x1b[0m").startswith(("pd", "computed", "sliding"))]
     assert len(rows) == 3
     assert [row.count("\x1b[1;32m") for row in rows if "sliding" in row] == [1]
@@ -282,9 +423,10 @@ def test_the_law_that_holds_furthest_stands_out(wrist, monkeypatch):
 
 WRONG = [
     ["--law", "computed_tork"],
-    ["--axis", "mas"],
-    ["--bound", "0"],
-    ["--bound", "nan"],
+    ["--axis", "mass"],
+    ["--max", "max_tip_error_mm=0"],
+    ["--max", "max_tip_error_mm=nan"],
+    ["--max", "tip=0.1"],
     ["--tolerance", "1"],
     ["--set", "mas_scale=1"],
     ["--set", "law.K=1", "--law", "pd"],
@@ -313,3 +455,15 @@ def test_ctrl_c_ends_with_its_exit_code_and_writes_nothing(wrist, monkeypatch):
     code, out, err = wrist("frontier", *QUICK, "--duration", "3600", "-o", "out")
     assert (code, out, err) == (130, "", "")
     assert not list(Path("out").iterdir())
+
+
+def test_help_names_every_axis_and_the_usual_bounds(wrist):
+    _, out, _ = wrist("frontier", "--help")
+    text = " ".join(out.split())
+    assert f"{', '.join(AXES)}; may be" in text
+    assert " and ".join(f"{name}={bound:g}" for name, bound in BOUNDS.items()) in text
+
+
+def test_the_guide_has_every_axis(wrist):
+    _, out, _ = wrist("guide", "hardware")
+    assert [name for name in AXES if name not in out] == []

@@ -26,16 +26,17 @@ test of its own::
 
 from collections.abc import Mapping
 from functools import partial
-from math import inf, isfinite
+from math import inf
 from typing import Any, NamedTuple
 
+from spherical_wrist.comparison.bounds import Bounds, checked, excess, require
 from spherical_wrist.comparison.family import RandomWrists, WristFamily, WristGrid
 from spherical_wrist.control import Law
-from spherical_wrist.errors import ParameterError, UnknownNameError, WristError
+from spherical_wrist.errors import WristError
 from spherical_wrist.experiment.command import command_of, law_address
 from spherical_wrist.experiment.description import Experiment
 from spherical_wrist.loop.outcome import Outcome, Status
-from spherical_wrist.measure.metrics import METRICS, Metrics
+from spherical_wrist.measure.metrics import Metrics
 from spherical_wrist.simulation.runner import Runner, Worker
 
 __all__ = ["RandomWrists", "Tracked", "WristFamily", "WristGrid", "assert_tracks", "command_of"]
@@ -54,12 +55,11 @@ class Tracked(NamedTuple):
     outcome: Outcome
     metrics: Metrics
 
-    def excess(self, bounds: Mapping[str, float]) -> float:
+    def excess(self, bounds: Bounds) -> float:
         """The largest of the figures as a multiple of its bound; infinite where the run did not complete."""
         if self.outcome.status is not Status.COMPLETED:
             return inf
-        figures = ((self.metrics[name], bound) for name, bound in bounds.items())
-        return max(inf if figure is None else figure / bound for figure, bound in figures)
+        return max(excess(self.metrics, bounds).values())
 
 
 def assert_tracks(
@@ -92,9 +92,7 @@ def assert_tracks(
         WristError: what is given is not valid, a run does not have the metric, or the law raises.
     """
     __tracebackhide__ = True  # pytest shows the line that called
-    limits = {name: _limit(name, bound) for name, bound in bounds.items() if bound is not None}
-    if not limits:
-        raise ParameterError(f"a bound is needed: one or more of {', '.join(METRICS)}")
+    limits = checked({name: bound for name, bound in bounds.items() if bound is not None})
     values = dict(experiment) if experiment is not None else {}
     wrists = family if family is not None else WristGrid()
     work = wrists.experiments(Experiment(**{**values, "law": law}))
@@ -107,27 +105,13 @@ def assert_tracks(
     return results
 
 
-def _run(limits: Mapping[str, float], experiment: Experiment, worker: Worker) -> Tracked:
+def _run(limits: Bounds, experiment: Experiment, worker: Worker) -> Tracked:
     run = worker.measure(experiment)
-    for name in limits:
-        if name not in run.metrics.available:
-            raise ParameterError(f"{name}: the run has no such metric, which is of {METRICS[name].needs.runs}")
+    require(limits, run.metrics)
     return Tracked(experiment, run.outcome, run.metrics)
 
 
-def _limit(name: str, bound: Any) -> float:
-    if name not in METRICS:
-        raise UnknownNameError("metric", name, METRICS)
-    try:
-        limit = float(bound)
-    except (TypeError, ValueError):
-        limit = 0.0
-    if not (limit > 0.0 and isfinite(limit)):
-        raise ParameterError(f"{name} = {bound}: a bound must be a number greater than 0")
-    return limit
-
-
-def _complaint(worst: Tracked, missed: int, total: int, bounds: Mapping[str, float], family: WristFamily) -> str:
+def _complaint(worst: Tracked, missed: int, total: int, bounds: Bounds, family: WristFamily) -> str:
     wanted = " and ".join(f"{name} ≤ {bound:g}" for name, bound in bounds.items())
     if worst.outcome.status is Status.COMPLETED:
         found = ", ".join(_against(name, worst.metrics[name], bound) for name, bound in bounds.items())

@@ -17,7 +17,7 @@ COMMANDS = {
     "replay": "Simulate a recording again from what is inside it, and compare bit for bit.",
     "render": "Film a recorded run, rendered by MuJoCo; no screen is needed.",
     "compare": "Compare laws on a suite of cases, and rank them.",
-    "frontier": "Find how far from the nominal wrist each law keeps the tool tip within a bound.",
+    "frontier": "Find how far from the nominal wrist each law keeps its errors within bounds.",
     "margins": "Compute stability margins, and the largest tip error by any bounded torque, from the linearised loop.",
     "ablate": "Show what each part of a law is worth: its figures without it.",
     "tune": "Tune the gains of a law: small errors against little chattering, over a family of perturbed wrists.",

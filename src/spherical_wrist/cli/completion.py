@@ -51,6 +51,20 @@ def settings(context: Context, incomplete: str) -> Offer:
     return _offer(((each, "") for each in found), incomplete)
 
 
+def axes(incomplete: str) -> Offer:
+    """Complete the name of an axis of a frontier."""
+    from spherical_wrist.experiment.axes import AXES
+
+    return _offer(((name, axis.meaning) for name, axis in AXES.items()), incomplete)
+
+
+def bounds(incomplete: str) -> Offer:
+    """Complete the name of a metric that is bounded."""
+    from spherical_wrist.measure.metrics import METRICS
+
+    return _offer(((f"{name}=", metric.meaning) for name, metric in METRICS.items()), incomplete)
+
+
 def guides(incomplete: str) -> Offer:
     """Complete the name of a guide."""
     return _offer(((name, read_guide(name).title) for name in NAMES), incomplete)

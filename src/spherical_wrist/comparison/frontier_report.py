@@ -3,13 +3,17 @@
 The keys of the JSON object are stable:
 
 ===============  ====================================================================================================
-``bound_mm``     the bound on the tip error
+``bounds``       largest permitted value of each bounded metric, by its name
 ``tolerance``    of the crossings, relative
-``axes``         ``axis`` (name), ``meaning``, ``parameter``, ``unit``, ``nominal``, ``limit``
+``axes``         ``axis`` (name), ``meaning``, ``parameter``, ``unit``, ``base`` (value of the nominal wrist, where the
+                 search starts), ``first`` (first deviation tested), ``limit`` (last value), ``growth`` (ratio of the
+                 deviations tested before the bisection), ``shown_factor`` and ``shown_unit`` (for display)
 ``laws``         best first: ``law`` (label), ``name``, ``parameters``, and by axis ``edges``:
                  ``found`` (``crossing``, ``never within the limit``, ``misses already at the nominal``), ``holds`` and
-                 ``misses`` (values of the parameter, null where there is none), ``tested`` (how many runs), ``command``
-                 (replays the first miss, or the run at the limit)
+                 ``misses`` (values of the parameter, null where there is none), ``by`` (metric that exceeds its bound
+                 there the most, ``outcome`` for a run that did not complete, null where none missed), ``reason`` (the
+                 same in words), ``tested`` (how many runs), ``command`` (replays the first miss, or the run at the
+                 limit)
 ``versions``     of the packages and the platform
 ``files``        names of the files written
 ``wall_time_s``  time that all runs took
@@ -19,22 +23,27 @@ The keys of the JSON object are stable:
 from collections.abc import Sequence
 from typing import Any
 
+from spherical_wrist.comparison.bounds import Bounds
 from spherical_wrist.comparison.crossing import CrossingStatus
-from spherical_wrist.comparison.frontier import Axis, Edge
+from spherical_wrist.comparison.frontier import Edge
 from spherical_wrist.comparison.law_selection import Laws
 from spherical_wrist.comparison.ranking import ranks
 from spherical_wrist.errors import ParameterError
+from spherical_wrist.experiment.axes import Axis
 from spherical_wrist.experiment.command import command_of
 from spherical_wrist.simulation.run import versions
 
+OUTCOME = "outcome"
+"""Value of ``by`` for a run that did not complete."""
+
 
 def to_dict(
-    edges: Sequence[Edge], laws: Laws, axes: Sequence[Axis], bound: float, tolerance: float, wall_time: float
+    edges: Sequence[Edge], laws: Laws, axes: Sequence[Axis], bounds: Bounds, tolerance: float, wall_time: float
 ) -> dict[str, Any]:
     """Return a frontier as the JSON object described above."""
     by_law = {law: [edge for edge in edges if edge.law == law] for law in laws}
     return {
-        "bound_mm": bound,
+        "bounds": dict(bounds),
         "tolerance": tolerance,
         "axes": [
             {
@@ -42,8 +51,12 @@ def to_dict(
                 "meaning": axis.meaning,
                 "parameter": axis.parameter,
                 "unit": axis.unit,
-                "nominal": axis.nominal,
-                "limit": axis.value(axis.limit),
+                "base": axis.base,
+                "first": axis.first,
+                "limit": axis.limit,
+                "growth": axis.growth,
+                "shown_factor": axis.shown[0],
+                "shown_unit": axis.shown[1],
             }
             for axis in axes
         ],
@@ -78,7 +91,7 @@ def _reach(edge: Edge) -> float | None:
     """Return a number that is smaller if a law holds the bound further; None if it never holds."""
     if edge.crossing.status is CrossingStatus.NOMINAL:
         return None
-    return float("-inf") if edge.misses is None else -edge.misses
+    return float("-inf") if edge.crossing.misses is None else -edge.crossing.misses
 
 
 def _edge(edge: Edge) -> dict[str, Any]:
@@ -90,6 +103,8 @@ def _edge(edge: Edge) -> dict[str, Any]:
         "found": str(edge.crossing.status),
         "holds": edge.holds,
         "misses": edge.misses,
+        "by": None if edge.miss is None else edge.miss.metric or OUTCOME,
+        "reason": None if edge.miss is None else edge.miss.reason,
         "tested": len(edge.crossing.tested),
         "command": command,
     }

@@ -10,7 +10,7 @@ from spherical_wrist.errors import UnknownNameError
 NAMES = ("conventions", "law", "reference", "disturbance", "hardware", "wrist", "recordings")
 """All guides, in reading order."""
 
-TABLES = {"channels": "channels", "metrics": "measure.metrics"}
+TABLES = {"axes": "experiment.axes", "channels": "channels", "metrics": "measure.metrics"}
 """Modules with tables that a guide includes where it says ``<!-- table of channels -->``, by the name of the table."""
 
 
