@@ -19,7 +19,7 @@ ROOT = Path(spherical_wrist.__file__).parent
 LEVELS = (
     {
         "errors", "channels", "colours", "consent", "plain_text", "picture_file", "picture_style", "seal", "versions",
-        "so3",
+        "so3", "result",
     },
     {"files", "folder_lock", "compat"},
     {"parameters", "user_file", "class_source", "wrist"},
@@ -32,7 +32,7 @@ LEVELS = (
     {"recording"},
     {"inspection", "campaign", "film"},
     {"comparison", "assertions", "tuning", "report", "paper", "stability"},
-    {"environment", "guides"},
+    {"environment", "guides", "api"},
     {"cli"},
     {"__main__"},
 )  # fmt: skip
@@ -43,12 +43,12 @@ ROOMS_OF_LIBRARY = {
     "llvmlite": {"compat", "loop"},
     "ctypes": {"compat", "loop", "recording"},
     "rerun": {"compat", "recording"},
-    "pyarrow": {"reference", "campaign", "inspection", "recording", "compat"},
+    "pyarrow": {"reference", "campaign", "inspection", "recording", "compat", "api"},
     "duckdb": {"campaign", "report"},
     "dask": {"campaign"},
     "distributed": {"campaign"},
     "typer": {"cli"},
-    "jinja2": {"report"},
+    "jinja2": {"report", "api"},
     "markupsafe": {"report"},
     "optuna": {"tuning"},
     "control": {"stability"},
@@ -58,6 +58,7 @@ ROOMS_OF_LIBRARY = {
     "gymnasium": {"environment"},
     "matplotlib": {
         "picture_file", "fuzzy", "inspection", "film", "paper", "comparison", "stability", "tuning", "report",
+        "result", "api",
     },
 }  # fmt: skip
 """Libraries that only these rooms import."""

@@ -21,5 +21,5 @@ def test_the_wheel_carries_the_model_and_the_command(tmp_path):
     assert not [name for name in names if name.startswith(("tests", "scripts")) or "__pycache__" in name]
     files = [path for path in (ROOT / "src" / "spherical_wrist").rglob("*.*") if path.is_file()]
     package = {str(path.relative_to(ROOT / "src")) for path in files if "__pycache__" not in path.parts}
-    assert "spherical_wrist/report/templates/page.html" in package
+    assert {"spherical_wrist/report/templates/page.html", "spherical_wrist/py.typed"} <= package
     assert package <= set(names)

@@ -15,7 +15,7 @@ One experiment goes through these rooms, in this order:
 
 ``channels`` and ``measure.metrics`` are the tables of all that a run has. The other rooms stand on runs:
 ``inspection``, ``film``, ``comparison``, ``stability``, ``campaign``, ``report``, ``tuning``, ``environment``,
-``paper``; and ``cli`` on all of them.
+``paper``; ``api``, with the functions below, and ``cli`` on all of them.
 """
 
 import sys
@@ -23,27 +23,67 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from spherical_wrist.api.compare import compare
+    from spherical_wrist.api.frontier import Frontier, frontier
+    from spherical_wrist.api.margins import Margins, margins
+    from spherical_wrist.api.simulate import simulate
+    from spherical_wrist.api.sweep import CampaignResults, load_campaign, sweep
     from spherical_wrist.assertions import assert_tracks
+    from spherical_wrist.comparison.results import Comparison
+    from spherical_wrist.control import Law
     from spherical_wrist.errors import WristError
     from spherical_wrist.experiment.description import Experiment
     from spherical_wrist.recording.runs import load_recording, record
     from spherical_wrist.simulation.run import Run
-    from spherical_wrist.simulation.simulate import simulate
 
-__all__ = ["Experiment", "Run", "WristError", "assert_tracks", "load_recording", "record", "simulate"]
+    __version__: str
 
 _HOMES = {
+    "CampaignResults": "api.sweep",
+    "Comparison": "comparison.results",
     "Experiment": "experiment.description",
+    "Frontier": "api.frontier",
+    "Law": "control",
+    "Margins": "api.margins",
     "Run": "simulation.run",
     "WristError": "errors",
     "assert_tracks": "assertions",
+    "compare": "api.compare",
+    "frontier": "api.frontier",
+    "load_campaign": "api.sweep",
     "load_recording": "recording.runs",
+    "margins": "api.margins",
     "record": "recording.runs",
-    "simulate": "simulation.simulate",
+    "simulate": "api.simulate",
+    "sweep": "api.sweep",
 }
+"""Modules of the names below. The imports above are the same for type checkers, which run nothing; a test compares."""
+
+__all__ = [
+    "CampaignResults",
+    "Comparison",
+    "Experiment",
+    "Frontier",
+    "Law",
+    "Margins",
+    "Run",
+    "WristError",
+    "__version__",
+    "assert_tracks",
+    "compare",
+    "frontier",
+    "load_campaign",
+    "load_recording",
+    "margins",
+    "record",
+    "simulate",
+    "sweep",
+]
 
 
 def __getattr__(name: str) -> Any:
+    if name == "__version__":
+        return import_module(f"{__name__}.versions").package_version("spherical-wrist")
     if name not in _HOMES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     return getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)

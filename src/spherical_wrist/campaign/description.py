@@ -44,7 +44,6 @@ from spherical_wrist.campaign.distribution import Distribution, distribution
 from spherical_wrist.campaign.episode import AXES, Episode, changed
 from spherical_wrist.errors import ParameterError, WristError
 from spherical_wrist.experiment.description import Experiment, read_toml
-from spherical_wrist.experiment.presets import hardware
 from spherical_wrist.parameters import Member, Parameters, quantity
 
 MOST_EPISODES = 10**12
@@ -144,7 +143,7 @@ class Campaign(Parameters):
         Raises:
             ParameterError: the experiment is not valid.
         """
-        start = {**hardware(self.hardware)} if self.hardware is not None else {}
+        start: dict[str, Any] = {} if self.hardware is None else {"hardware": self.hardware}
         try:
             first = Experiment(**start | self.experiment)
         except WristError as error:

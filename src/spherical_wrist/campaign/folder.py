@@ -57,14 +57,19 @@ class Folder(NamedTuple):
     sealed: bool = True
 
     @classmethod
-    def create(cls, path: Path, file: Path, campaign: Campaign) -> Self:
+    def create(cls, path: Path, file: Path | bytes, campaign: Campaign) -> Self:
         """Create a folder for a campaign; the caller holds its lock.
+
+        Args:
+            path: the folder.
+            file: the campaign file, or its content.
+            campaign: what the file describes.
 
         Raises:
             CampaignError: the folder has other content, or cannot be written.
         """
         check_empty(path)
-        campaign, given = campaign.resolved(), read_whole(file)
+        campaign, given = campaign.resolved(), file if isinstance(file, bytes) else read_whole(file)
         made = cls(path, campaign, digest_of(campaign), batch_size(campaign), versions_here())
         description = {
             "format": FORMAT,

@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple
 
 from spherical_wrist.comparison.cases import FAULTY, IDEAL, Case, group_of
 from spherical_wrist.comparison.law_selection import Laws
@@ -11,6 +11,7 @@ from spherical_wrist.comparison.ranking import geometric_mean, ranks, ratios
 from spherical_wrist.experiment.description import Experiment
 from spherical_wrist.loop.outcome import Outcome, Status
 from spherical_wrist.measure.metrics import Metrics
+from spherical_wrist.result import Result, counted
 
 
 class Cell(NamedTuple):
@@ -65,8 +66,8 @@ class Spread(NamedTuple):
     largest: float
 
 
-@dataclass(frozen=True)
-class Comparison:
+@dataclass(frozen=True, repr=False)
+class Comparison(Result):
     """Results of every law on every case.
 
     Attributes:
@@ -77,11 +78,18 @@ class Comparison:
         wall_time: wall time of all runs [s].
     """
 
+    view: ClassVar[str] = "spherical_wrist.api.comparison_view:ComparisonView"
+
     laws: Laws
     cases: tuple[Case, ...]
     cells: Mapping[tuple[str, str], Cell]
     baseline_chattering: Mapping[str, float | None]
     wall_time: float
+
+    def headline(self) -> str:
+        """Return the numbers of laws and cases, and the best law."""
+        size, best = f"{counted(len(self.laws), 'law')} × {counted(len(self.cases), 'case')}", self.standings()[0]
+        return f"{size}: {best.law} is first, best on {best.wins}"
 
     def errors(self, case: str) -> dict[str, float | None]:
         """Return the RMS error [rad] on one case by law."""

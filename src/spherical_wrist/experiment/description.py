@@ -5,7 +5,7 @@ import tomllib
 from collections.abc import Mapping
 from math import floor, inf
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Self
+from typing import TYPE_CHECKING, Annotated, Any, Self, Unpack
 
 import numpy as np
 from pydantic import AfterValidator, BeforeValidator, Field, SerializeAsAny, ValidationInfo
@@ -16,7 +16,9 @@ from spherical_wrist.disturbance import Disturbance
 from spherical_wrist.errors import ParameterError, one_line, refuse_huge_integers
 from spherical_wrist.experiment.options import WHOLE
 from spherical_wrist.experiment.perturbation import Perturbation, Start
+from spherical_wrist.experiment.presets import with_hardware
 from spherical_wrist.experiment.timing import Timing
+from spherical_wrist.experiment.values import ExperimentValues
 from spherical_wrist.files import read_whole
 from spherical_wrist.measure.metrics import MetricSettings
 from spherical_wrist.parameters import Member, NonNegative, Parameters, Positive, Vector, quantity
@@ -51,9 +53,11 @@ class Experiment(Parameters):
     disturbance of 25 % and a plant 25 % heavier than the nominal model. Without model error and disturbance:
     ``Experiment(disturbance=0, mass_scale=1)``.
 
-    ``law``, ``reference``, ``sensing`` and ``actuation`` take a name, a table of ``name`` and parameters, or an
-    instance; ``disturbance`` also takes a number, the level of a constant one. ``duration`` also takes ``"whole"``, the
-    time of a whole recorded motion. The steady window ends with the run, or with the motion if that ends earlier.
+    ``law``, ``reference``, ``sensing`` and ``actuation`` take a name, a table of ``name`` and parameters, an instance,
+    or a class; ``disturbance`` also takes a number, the level of a constant one. ``duration`` also takes ``"whole"``,
+    the time of a whole recorded motion. The steady window ends with the run, or with the motion if that ends earlier.
+    ``hardware="realistic"`` stands for realistic sensors, motors and friction; see
+    :data:`spherical_wrist.experiment.presets.HARDWARE`.
 
     Raises:
         ParameterError: a value is not valid, or a name is unknown; in one line.
@@ -102,11 +106,12 @@ class Experiment(Parameters):
         None, "", "three hinges to be turned into the ball joint, with their motors: a list, or A,B,C"
     )
 
-    def __init__(self, /, **values: Any) -> None:
-        if values.get("duration") == WHOLE:
-            known = {name: value for name, value in values.items() if name != "duration"}
-            values = {**known, "duration": _whole(type(self)(**known))}
-        super().__init__(**values)
+    def __init__(self, /, **values: Unpack[ExperimentValues]) -> None:
+        given = with_hardware(values)
+        if given.get("duration") == WHOLE:
+            known = {name: value for name, value in given.items() if name != "duration"}
+            given = {**known, "duration": _whole(type(self)(**known))}
+        super().__init__(**given)
 
     @classmethod
     def from_toml(cls, path: Path | str, changes: Mapping[str, Any] | None = None) -> Self:
@@ -237,8 +242,9 @@ def parsed_toml(text: str) -> dict[str, Any]:
 def with_changes(tables: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
     """Copy ``tables`` with values changed by dotted name: ``{"law.K": 0.02}`` changes K in the table ``law``.
 
-    A name such as ``law = "pd"`` becomes a table if one of its parameters is changed. A change of a part's name drops
-    the part's parameters, except the size of a disturbance, which every shape has.
+    A part may also be an instance, as in ``dict(experiment)``. A name such as ``law = "pd"`` becomes a table if one of
+    its parameters is changed. A change of a part's name drops the part's parameters, except the size of a disturbance,
+    which every shape has.
     """
     result = dict(tables)
     # names first, in any order of the changes: the other changes are parameters of the named parts
@@ -248,6 +254,11 @@ def with_changes(tables: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[
             result[key] = value
             continue
         table = result.get(key, {})
+        if isinstance(table, Member) and parameter != "name":
+            result[key] = _with_parameter(table, parameter, value)
+            continue
+        if isinstance(table, Member):
+            table = {"name": table.name, **dict(table)}
         if not isinstance(table, Mapping):
             table = {"level" if isinstance(table, int | float) else "name": table}
         if parameter == "name" and table.get("name") != value:
@@ -256,17 +267,29 @@ def with_changes(tables: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[
     return result
 
 
-def toml(value: Any) -> str:
-    """Write plain data as a TOML value; entries of tables that are None are left out."""
+def _with_parameter(part: Member, name: str, value: Any) -> Member:
+    try:
+        return part.replaced(**{name: value})
+    except ParameterError as error:
+        raise ParameterError(f"{part.kind} {part.name}: {error}") from None
+
+
+def toml(value: Any, *, exact: bool = False) -> str:
+    """Write plain data as a TOML value; entries of tables that are None are left out.
+
+    Args:
+        value: the data.
+        exact: True to keep whole numbers of floating point what they are, 1.0; otherwise they are written as 1.
+    """
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, float):
-        return str(int(value)) if value.is_integer() and abs(value) < 1e6 else repr(value)
+        return str(int(value)) if not exact and value.is_integer() and abs(value) < 1e6 else repr(value)
     if isinstance(value, str):
         return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
     if isinstance(value, Mapping):
-        inner = (f"{json.dumps(key)} = {toml(each)}" for key, each in value.items() if each is not None)
-        return "{ " + ", ".join(inner) + " }"
+        entries = ((key, each) for key, each in value.items() if each is not None)
+        return "{ " + ", ".join(f"{json.dumps(key)} = {toml(each, exact=exact)}" for key, each in entries) + " }"
     if isinstance(value, list | tuple):
-        return "[" + ",".join(map(toml, value)) + "]"
+        return "[" + ",".join(toml(each, exact=exact) for each in value) + "]"
     return str(value)

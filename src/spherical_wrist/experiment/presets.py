@@ -17,6 +17,25 @@ of the ball. The friction assumes a preload of 3.3 N on a plain bearing of 30 mm
 """
 
 
+def with_hardware(values: Mapping[str, Any]) -> dict[str, Any]:
+    """Replace ``hardware`` among the values of an experiment by those that it stands for; other values override them.
+
+    A table of parameters without a name belongs to the part of that hardware: with ``hardware = "realistic"``,
+    ``sensing = {"delay": 0.002}`` is the realistic sensors with another delay.
+
+    Raises:
+        UnknownNameError: the preset is unknown.
+    """
+    rest = dict(values)
+    if "hardware" not in rest:
+        return rest
+    preset = hardware(rest.pop("hardware"))
+    for part, name in preset.items():
+        if isinstance(rest.get(part), Mapping):
+            rest[part] = {"name": name, **rest[part]}
+    return {**preset, **rest}
+
+
 def hardware(name: str) -> Mapping[str, Any]:
     """Return the values of a preset.
 

@@ -277,6 +277,11 @@ class Metric:
         """Convert a value to the unit in which people see it."""
         return value if value is None or self.shown is None else self.shown[0] * value
 
+    def written(self, value: float | None) -> str:
+        """Write a value with two digits and the unit in which people see it; a dash for None."""
+        found = self.shown_value(value)
+        return "—" if found is None else f"{found:.2g} {self.shown_unit}".strip()
+
     @property
     def label_and_unit(self) -> str:
         """Label with the unit in which people see it, in brackets."""

@@ -48,7 +48,7 @@ class Plot(NamedTuple):
         return [f"{self.symbol} {axis}".strip() for axis in self.axes]
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class Series:
     """Channels of a run, as attributes and by name: ``run.error`` is ``run.channels["error"]``.
 
@@ -83,6 +83,10 @@ class Series:
     def __dir__(self) -> list[str]:
         """List attributes, channels among them."""
         return [*super().__dir__(), *self.channels]
+
+    def __repr__(self) -> str:
+        """Return the number of rows, and the names of the channels."""
+        return f"<{type(self).__name__} of {len(self)} rows: {', '.join(self.channels)}>"
 
     def __len__(self) -> int:
         """Return the number of rows."""

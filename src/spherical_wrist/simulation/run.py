@@ -9,7 +9,7 @@ from pathlib import Path
 from platform import libc_ver, machine, python_version, system
 from shutil import rmtree
 from tempfile import TemporaryDirectory, mkdtemp
-from typing import Any
+from typing import Any, ClassVar
 
 from spherical_wrist.consent import is_code, without_code
 from spherical_wrist.errors import RecordingError
@@ -18,17 +18,18 @@ from spherical_wrist.experiment.embedded_files import EmbeddedFiles, files_named
 from spherical_wrist.experiment.perturbation import Perturbation
 from spherical_wrist.loop.machine_code import processor
 from spherical_wrist.loop.outcome import Outcome
-from spherical_wrist.measure.metrics import Metrics, MetricSettings
+from spherical_wrist.measure.metrics import METRICS, Metrics, MetricSettings
 from spherical_wrist.measure.series import Series
 from spherical_wrist.prepare.plant import plant_of
+from spherical_wrist.result import Result
 from spherical_wrist.versions import package_version
 from spherical_wrist.wrist import Names, Wrist
 
 PACKAGES = ("spherical-wrist", "mujoco", "numpy", "scipy", "numba", "llvmlite", "pydantic", "rerun-sdk")
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Run(Series):
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class Run(Result, Series):
     """Result of an experiment: its channels as attributes, how it ended and how well it tracked.
 
     Attributes:
@@ -44,6 +45,8 @@ class Run(Series):
         embedded_files: files that the experiment depends on, as they were.
         trusted: of a run from a recording, the Python code that it carries may run.
     """
+
+    view: ClassVar[str] = "spherical_wrist.api.run_view:RunView"
 
     description: Mapping[str, Any]
     outcome: Outcome
@@ -97,6 +100,16 @@ class Run(Series):
         with TemporaryDirectory() as folder:
             self.embedded_files.unpack(Path(folder))
             yield plant_of(Experiment(**entries, model=self.embedded_files.model(self.description, Path(folder))))
+
+    def headline(self) -> str:
+        """Return law, reference, outcome and tip error in one line."""
+        law, reference = (str(self.description[part]["name"]).rpartition("/")[2] for part in ("law", "reference"))
+        ended = str(self.outcome if self.outcome.status.lost else self.outcome.status)
+        figures = {"RMS": "rms_tip_error_mm", "largest": "max_tip_error_mm"}
+        found = {word: (METRICS[name], self.metrics[name]) for word, name in figures.items()}
+        errors = [f"{metric.written(value)} {word}" for word, (metric, value) in found.items() if value is not None]
+        said = f"tip error {', '.join(errors)}" if errors else "no figures, as no sample is in the steady window"
+        return f"{law} on {reference}, {self.outcome.time:g} s, {ended}: {said}"
 
     @property
     def real_time_factor(self) -> float:

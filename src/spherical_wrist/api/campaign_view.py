@@ -1,0 +1,81 @@
+"""View of a campaign's stored episodes."""
+
+from collections.abc import Callable
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.figure import Figure
+
+from spherical_wrist.api.sweep import CampaignResults
+from spherical_wrist.api.view import Content, Summary, View, as_json
+from spherical_wrist.campaign.summary import FIGURES, QUANTILES
+from spherical_wrist.comparison.bounds import BOUNDS
+from spherical_wrist.measure.metrics import METRICS
+from spherical_wrist.picture_style import STYLE, law_looks
+from spherical_wrist.plain_text import literal
+from spherical_wrist.report.findings import findings
+from spherical_wrist.report.page import page
+
+BOUND = BOUNDS["max_tip_error_mm"]
+
+
+class CampaignView(View[CampaignResults]):
+    """View of a campaign: quantiles of the errors by law, their distributions, and a row for each episode."""
+
+    keys = ("law", "sample")
+
+    @cached_property
+    def laws(self) -> list[dict[str, Any]]:
+        """Summary of each law."""
+        return self.result.summary()
+
+    def summary(self) -> Summary:
+        """Return episodes by outcome, and median and 95 % of the errors of those that completed."""
+        quantiles = {"median": str(QUANTILES[0]), "95 %": str(QUANTILES[1])}
+        headings = ["law", "episodes", "not completed"]
+        headings += [f"{METRICS[name].heading_and_unit}, {word}" for name in FIGURES for word in quantiles]
+        rows = [
+            [
+                law["law"],
+                law["episodes"],
+                law["episodes"] - law["completed"],
+                *(law[name].get(key) for name in FIGURES for key in quantiles.values()),
+            ]
+            for law in self.laws
+        ]
+        return Summary(headings, rows)
+
+    def figure(self) -> Figure:
+        """Draw the shares of episodes up to each error, by law; those that did not complete are beyond all."""
+        episodes, bases = self.result.episodes, self.result.campaign.bases
+        looks = law_looks({label: base.law.status for label, base in bases.items()}, lines=True)
+        with mpl.rc_context(STYLE):
+            drawing = Figure(figsize=(4.6 * len(FIGURES), 3.4), layout="constrained")
+            for panel, name in zip(drawing.subplots(1, len(FIGURES), squeeze=False)[0], FIGURES, strict=True):
+                for law in self.laws:
+                    query = f"SELECT {name} AS value FROM episodes WHERE law = ? AND outcome = 'completed'"
+                    values = np.sort(episodes.arrays(query, [law["law"]])["value"])
+                    shares = np.arange(1, len(values) + 1) / law["episodes"]
+                    look, label = looks[law["law"]].line, literal(law["law"])
+                    panel.step(values, shares, where="post", label=label, **look)
+                panel.set(xscale="log", xlabel=METRICS[name].label_and_unit, ylim=(0.0, 1.02))
+                if METRICS[name].unit == "mm":
+                    panel.axvline(BOUND, color="0.3", linewidth=0.9, linestyle="--")
+            drawing.axes[0].set_ylabel("share of episodes up to it")
+            drawing.axes[-1].legend(loc="best")
+        return drawing
+
+    def rows(self) -> list[dict[str, Any]]:
+        """Return the episodes in order."""
+        return list(self.result.episodes.in_order())
+
+    def files(self) -> dict[str, Callable[[Path], Content]]:
+        """Return the report page, tables, JSON and pictures."""
+        own: dict[str, Callable[[Path], Content]] = {
+            ".html": lambda path: page(*findings(self.result.folder, BOUND)).encode(),
+            ".json": lambda path: as_json(self.laws),
+        }
+        return {**super().files(), **own}

@@ -1,0 +1,220 @@
+"""Base of the views of results: what is shown of one, in a notebook, as a picture, as tables and in files."""
+
+import base64
+import json
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import cache, partial
+from importlib import import_module
+from pathlib import Path
+from typing import Any, ClassVar, Generic, NamedTuple, TypeVar
+
+import numpy as np
+import pyarrow as pa
+from jinja2 import Environment, PackageLoader, StrictUndefined
+from matplotlib.figure import Figure
+from pyarrow import csv, parquet
+
+from spherical_wrist.errors import ParameterError
+from spherical_wrist.files import write_whole
+from spherical_wrist.measure.metrics import METRICS
+from spherical_wrist.picture_file import PICTURES, check_ending, picture_bytes, picture_content
+from spherical_wrist.plain_text import visible
+from spherical_wrist.report.parts import written
+from spherical_wrist.result import Result
+
+Shown = TypeVar("Shown", bound=Result)
+Row = Mapping[str, Any]
+Content = bytes | Iterable[bytes]
+
+DOTS = 90
+"""Dots per inch of the pictures in a notebook."""
+
+EXTRA = "notebook"
+"""Extra of the package that brings the libraries of data frames and data sets."""
+
+
+class Summary(NamedTuple):
+    """Short table for a notebook.
+
+    Attributes:
+        headings: headings of the columns.
+        rows: entries; numbers are formatted.
+    """
+
+    headings: Sequence[str]
+    rows: Sequence[Sequence[Any]]
+
+
+class View(ABC, Generic[Shown]):
+    """View of a result.
+
+    Args:
+        result: the result.
+
+    Attributes:
+        keys: names of the columns that tell the rows apart; the dimensions of a data set.
+    """
+
+    keys: ClassVar[tuple[str, ...]] = ()
+
+    def __init__(self, result: Shown) -> None:
+        self.result = result
+
+    @abstractmethod
+    def summary(self) -> Summary:
+        """Return the table of a notebook."""
+
+    @abstractmethod
+    def figure(self) -> Figure:
+        """Draw the picture."""
+
+    @abstractmethod
+    def rows(self) -> list[dict[str, Any]]:
+        """Return the result as rows of plain values by column."""
+
+    def notes(self) -> list[str]:
+        """Return lines for a notebook, such as warnings."""
+        return []
+
+    def small_figure(self) -> Figure:
+        """Draw the picture of a notebook's summary."""
+        return self.figure()
+
+    def units(self) -> dict[str, str]:
+        """Return the unit of each column that has one."""
+        return {name: metric.unit for name, metric in METRICS.items() if metric.unit}
+
+    def files(self) -> dict[str, Callable[[Path], Content]]:
+        """Return functions that give the content of a file, by the end of its name."""
+        pictures = dict.fromkeys(PICTURES, lambda path: picture_content(self.figure(), path))
+        return {**pictures, ".csv": lambda path: self._as_csv(), ".parquet": lambda path: self._as_parquet()}
+
+    # --- the same for all results -------------------------------------------------------------------------------------
+
+    def html(self) -> str:
+        """Return the HTML of a notebook; everything in it is escaped."""
+        summary = self.summary()
+        html: str = _template().render(
+            headline=self.result.headline(),
+            notes=self.notes(),
+            headings=summary.headings,
+            rows=[[_entry(each) for each in row] for row in summary.rows],
+            picture=base64.b64encode(_png(self.small_figure())).decode(),
+        )
+        return html
+
+    def shown_figure(self) -> Figure:
+        """Draw the picture, which a notebook shows although it belongs to no display of pyplot."""
+        figure = self.figure()
+        vars(figure)["_repr_png_"] = partial(_png, figure)  # which IPython asks an object for
+        return figure
+
+    def to_pandas(self) -> Any:
+        """Return the rows as a data frame.
+
+        Raises:
+            ParameterError: pandas is not installed.
+        """
+        frame = library("pandas").DataFrame(self.rows())
+        frame.attrs["units"] = {name: unit for name, unit in self.units().items() if name in frame.columns}
+        return frame
+
+    def to_xarray(self) -> Any:
+        """Return the rows as a data set whose dimensions are the keys.
+
+        Raises:
+            ParameterError: xarray is not installed.
+        """
+        xarray, rows, units = library("xarray"), self.rows(), self.units()
+        labels = {key: list(dict.fromkeys(row[key] for row in rows)) for key in self.keys}
+        places = [tuple(labels[key].index(row[key]) for key in self.keys) for row in rows]
+        shape = tuple(len(values) for values in labels.values())
+        variables = {}
+        for name in rows[0] if rows else ():
+            if name not in self.keys:
+                values = _gridded([row[name] for row in rows], places, shape)
+                variables[name] = (self.keys, values, {"units": units[name]} if name in units else {})
+        return xarray.Dataset(variables, coords=labels)
+
+    def save(self, path: Path) -> Path:
+        """Write a file of the kind that the end of its name stands for.
+
+        Raises:
+            ParameterError: the end is not that of a kind.
+            RecordingError: the file cannot be written.
+        """
+        files = self.files()
+        check_ending(path, "file", tuple(files))
+        write_whole(path, files[path.suffix.lower()](path), "file")
+        return path
+
+    def _table(self) -> pa.Table:
+        plain = [{name: _plain(value) for name, value in row.items()} for row in self.rows()]
+        return pa.Table.from_pylist(plain)
+
+    def _as_csv(self) -> bytes:
+        sink = pa.BufferOutputStream()
+        csv.write_csv(self._table(), sink)
+        return bytes(sink.getvalue())
+
+    def _as_parquet(self) -> bytes:
+        sink = pa.BufferOutputStream()
+        parquet.write_table(self._table(), sink)
+        return bytes(sink.getvalue())
+
+
+def as_json(value: Any) -> bytes:
+    """Return the content of a JSON file."""
+    return (json.dumps(value, indent=2, ensure_ascii=False, allow_nan=False) + "\n").encode()
+
+
+def library(name: str) -> Any:
+    """Import a library that only conversions need.
+
+    Raises:
+        ParameterError: it is not installed.
+    """
+    try:
+        return import_module(name)
+    except ImportError:
+        raise ParameterError(f"{name} is not installed: pip install 'spherical-wrist[{EXTRA}]'") from None
+
+
+def _png(figure: Figure) -> bytes:
+    return picture_bytes(figure, "png", dpi=DOTS)
+
+
+def _plain(value: Any) -> Any:
+    return json.dumps(value, ensure_ascii=False) if isinstance(value, list | tuple | dict) else value
+
+
+def _entry(value: Any) -> Any:
+    """Return a number in three digits, a dash for None, and text as it is."""
+    if value is None:
+        return "—"
+    return written(float(value)) if isinstance(value, float) else value
+
+
+def _gridded(values: Sequence[Any], places: Sequence[tuple[int, ...]], shape: tuple[int, ...]) -> Any:
+    """Return values as an array over the dimensions, with not-a-number or None where there is none."""
+    array = np.full(shape, None, dtype=object)
+    for place, value in zip(places, values, strict=True):
+        array[place] = value
+    kinds = {type(value) for value in array.ravel()}
+    if kinds == {int}:
+        return array.astype(np.int64)
+    return array.astype(np.float64) if kinds <= {int, float, type(None)} else array
+
+
+@cache
+def _template() -> Any:
+    environment = Environment(
+        loader=PackageLoader("spherical_wrist.api"),
+        autoescape=True,
+        finalize=lambda value: visible(value) if isinstance(value, str) else value,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    return environment.get_template("result.html")
