@@ -5,12 +5,14 @@ import shlex
 import sys
 from pathlib import Path
 
+import duckdb
 import mujoco
 import pytest
 
 import spherical_wrist
 from sampling import some
 from spherical_wrist import Experiment
+from spherical_wrist.campaign.description import Campaign
 from spherical_wrist.cli import completion, main
 from spherical_wrist.comparison.cases import read_cases
 from spherical_wrist.guides import NAMES, read_guide
@@ -62,7 +64,12 @@ def test_examples_run_in_order(name, wrist, tmp_path, capsys, monkeypatch):
                     expected = 2 if line.endswith("# refused") else 1 if line.startswith("wrist diff") else 0
                     assert code == expected, f"{line}: {printed}"
         elif language == "toml":
-            assert read_cases(tmp_path / named[1]) if "[[case]]" in text else Experiment.from_toml(tmp_path / named[1])
+            read = read_cases if "[[case]]" in text else Campaign.from_toml if "[vary]" in text else Experiment.from_toml
+            assert read(tmp_path / named[1])
+        elif language == "sql":
+            assert duckdb.sql(text).fetchall()
+        elif language == "bash":
+            continue  # needs a cluster
         elif language == "xml":
             mujoco.MjModel.from_xml_path(str(tmp_path / named[1]))
         else:

@@ -7,7 +7,20 @@ from typing import NamedTuple
 
 from spherical_wrist.errors import UnknownNameError
 
-NAMES = ("conventions", "law", "reference", "disturbance", "hardware", "wrist", "recordings")
+NAMES = (
+    "commands",
+    "conventions",
+    "law",
+    "comparing",
+    "validation",
+    "campaigns",
+    "reference",
+    "disturbance",
+    "hardware",
+    "wrist",
+    "recordings",
+    "paper",
+)
 """All guides, in reading order."""
 
 TABLES = {"axes": "experiment.axes", "channels": "channels", "metrics": "measure.metrics"}
