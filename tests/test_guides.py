@@ -64,7 +64,9 @@ def test_examples_run_in_order(name, wrist, tmp_path, capsys, monkeypatch):
                     expected = 2 if line.endswith("# refused") else 1 if line.startswith("wrist diff") else 0
                     assert code == expected, f"{line}: {printed}"
         elif language == "toml":
-            read = read_cases if "[[case]]" in text else Campaign.from_toml if "[vary]" in text else Experiment.from_toml
+            read = (
+                read_cases if "[[case]]" in text else Campaign.from_toml if "[vary]" in text else Experiment.from_toml
+            )
             assert read(tmp_path / named[1])
         elif language == "sql":
             assert duckdb.sql(text).fetchall()

@@ -42,8 +42,9 @@ class Guide(NamedTuple):
 
     @property
     def text(self) -> str:
-        """All of it, as Markdown."""
-        return re.sub(r"^<!-- table of (\w+) -->$", lambda found: _table(found[1]), self.source, flags=re.MULTILINE)
+        """All of it, as Markdown, without the comments by which a script finds the figures."""
+        source = re.sub(r"^<!-- (figures: \w+|end of figures) -->\n", "", self.source, flags=re.MULTILINE)
+        return re.sub(r"^<!-- table of (\w+) -->$", lambda found: _table(found[1]), source, flags=re.MULTILINE)
 
 
 def read_guide(name: str) -> Guide:
