@@ -12,6 +12,7 @@ from spherical_wrist import Experiment, load_recording, simulate
 from spherical_wrist.errors import RecordingError
 from spherical_wrist.inspection import inspect
 from spherical_wrist.paper.evaluation import claims, setting
+from spherical_wrist.paper.evaluation.figures import envelope
 from spherical_wrist.paper.evaluation.report import regenerate
 from spherical_wrist.paper.evaluation.runs import Case, experiment
 from spherical_wrist.paper.evaluation.verdict import Finding, Trial, Verdict, times
@@ -192,6 +193,19 @@ def test_the_figures_are_pictures_with_something_on_them(told, folder):
         assert min(picture.shape[:2]) > 900
         assert np.ptp(picture[..., :3]) == pytest.approx(1.0)
         assert (folder / f"{name}.svg").read_text(encoding="utf-8").count("<path") > 20
+        assert (folder / f"{name}.pdf").read_bytes().startswith(b"%PDF")
+
+
+def test_an_envelope_holds_every_value(told, folder):
+    run = inspect(folder / "recordings/fuzzy-sliding-computed-torque-as-written-25-percent.rrd").run
+    values = run.torque[:, 0]
+    shown = envelope(run, values)
+    for sample in np.random.default_rng(0).integers(len(run) - 20, size=50):
+        window = np.searchsorted(shown.time, run.time[sample]) - 1
+        near = slice(max(window, 0), window + 2)
+        assert shown.low[near].min() <= values[sample] <= shown.high[near].max()
+    assert shown.mean.mean() == pytest.approx(values[: len(shown.time) * 20].mean())
+    assert np.ptp(np.diff(shown.time)) < 1e-9
 
 
 def test_the_recordings_are_the_runs_of_the_table(told, folder):

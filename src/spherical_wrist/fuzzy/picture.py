@@ -6,11 +6,13 @@ nothing global is changed, and no screen is needed.
 
 from collections.abc import Mapping
 from pathlib import Path
+from textwrap import wrap
 from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
+from spherical_wrist.colours import PALE, VERMILION
 from spherical_wrist.errors import ParameterError
 from spherical_wrist.files import write_whole
 from spherical_wrist.fuzzy.analysis import Report, report
@@ -18,16 +20,15 @@ from spherical_wrist.fuzzy.mamdani import Mamdani
 from spherical_wrist.fuzzy.rules import Inference
 from spherical_wrist.fuzzy.takagi_sugeno import Sugeno
 from spherical_wrist.fuzzy.variable import Variable
-from spherical_wrist.picture_file import picture_bytes
+from spherical_wrist.picture_file import IN_FOLDER, check_ending, picture_bytes
+from spherical_wrist.picture_style import SMALL, STYLE, WIDTHS
 
-FORMATS = (".png", ".svg", ".pdf")
-_STYLE: dict[Any, Any] = {
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "font.size": 9.0,
-    "svg.hashsalt": "spherical-wrist",
-}
-_GAP = "#c8c8c8"
+FORMATS = tuple(f".{kind}" for kind in IN_FOLDER)
+"""Endings of pictures: not PGF, which cannot hold the shaded surface."""
+_GAP, _REFUSED = PALE, VERMILION
+"""Colours of gaps, and of values that are not positive."""
+_WIDTH, _HEIGHT, _LINE, _LETTERS = WIDTHS["two-column"], 4.6, 0.17, 105
+"""Width of the picture, its height without the text below, and the height of a line of that [in]; letters in a line."""
 
 
 class Picture(NamedTuple):
@@ -43,7 +44,7 @@ class Picture(NamedTuple):
 
     def content(self, kind: str) -> bytes:
         """Return the drawing as a file of a kind, such as ``"svg"``; the same rule base makes the same bytes."""
-        return picture_bytes(self.figure, kind, _STYLE, dpi=160)
+        return picture_bytes(self.figure, kind)
 
 
 def picture(
@@ -59,7 +60,7 @@ def picture(
 
     Args:
         inference: a ``Sugeno`` or a ``Mamdani``; of the law, ``law.tuner.system()``.
-        path: file to write, ``.png``, ``.svg`` or ``.pdf``.
+        path: file to write, PNG, SVG or PDF.
         title: title above the drawing.
         points: see :func:`spherical_wrist.fuzzy.analysis.report`.
         threshold: likewise.
@@ -70,15 +71,19 @@ def picture(
         RecordingError: the file cannot be written.
     """
     file = None if path is None else Path(path)
-    if file is not None and (file.suffix.lower() not in FORMATS or not file.parent.is_dir()):
-        raise ParameterError(f"picture path {str(file)!r}: an existing folder and {', '.join(FORMATS)} are needed")
+    if file is not None:
+        check_ending(file, "picture", FORMATS)
+        if not file.parent.is_dir():
+            raise ParameterError(f"picture {str(file)!r}: its folder does not exist; create it, or choose another")
     import matplotlib as mpl
     from matplotlib.figure import Figure
 
     found = report(inference, points, threshold, held)
-    with mpl.rc_context(_STYLE):
-        figure = Figure(figsize=(11.0, 7.4), layout="constrained")
-        parts: Any = figure.subfigures(3, 1, height_ratios=(1.0, 2.0, 0.1 + 0.09 * len(found.lines())))
+    with mpl.rc_context(STYLE):
+        words = [part for text in found.lines() for part in wrap(text, _LETTERS)]
+        foot_height = _LINE * (1 + len(words))
+        figure = Figure(figsize=(_WIDTH, _HEIGHT + foot_height), layout="constrained")
+        parts: Any = figure.subfigures(3, 1, height_ratios=(0.35 * _HEIGHT, 0.65 * _HEIGHT, foot_height))
         top, bottom, foot = parts
         variables = inference.rules.variables
         panels = top.subplots(1, len(variables) + 1, sharey=True)
@@ -94,7 +99,7 @@ def picture(
         _draw_slices(slices, found)
         if title:
             figure.suptitle(title, weight="bold")
-        foot.text(0.012, 0.5, "\n".join(found.lines()), va="center", linespacing=1.5)
+        foot.text(0.012, 0.5, "\n".join(words), va="center", linespacing=1.5)
     drawn = Picture(figure, found)
     if file is not None:
         write_whole(file, drawn.content(file.suffix[1:].lower()), "picture")
@@ -117,7 +122,7 @@ def _draw_sets(panel: Any, variable: Variable) -> None:
     degrees = variable.degrees(x)
     peaks = {value: float(x[mu >= mu.max() - 1e-12].mean()) for value, mu in degrees.items()}
     for (value, mu), colour in zip(degrees.items(), _colours(len(degrees)), strict=True):
-        panel.plot(x, np.where(mu > 0.0, mu, np.nan), color=colour, lw=1.6)
+        panel.plot(x, np.where(mu > 0.0, mu, np.nan), color=colour, lw=1.2)
         share = (peaks[value] - variable.low) / (variable.high - variable.low)
         side = "left" if share < 0.02 else "right" if share > 0.98 else "center"
         shift = {"left": 3, "center": 0, "right": -3}[side]
@@ -130,7 +135,7 @@ def _draw_outputs(panel: Any, inference: Inference, found: Report) -> None:
     """Draw the then-parts: sets, or numbers as singletons."""
     if isinstance(inference, Mamdani):
         _draw_sets(panel, inference.output)
-        panel.set_title("then-sets", fontsize=9.0)
+        panel.set_title("then-sets")
         return
     panel.set(xlabel=inference.name, ylim=(0.0, 1.18))
     if isinstance(inference, Sugeno):
@@ -139,11 +144,11 @@ def _draw_outputs(panel: Any, inference: Inference, found: Report) -> None:
         strongest = inference.rules.strengths(*inputs).argmax(axis=1)
         consequents = inference.consequents(*inputs)
         values, counts = np.unique(consequents[np.arange(len(strongest)), strongest].round(9), return_counts=True)
-        panel.vlines(values, 0.0, 1.0, colors=_colours(len(values)), lw=2.0)
+        panel.vlines(values, 0.0, 1.0, colors=_colours(len(values)), lw=1.6)
         for value, count in zip(values, counts, strict=True):
             panel.annotate(f"×{count}", (value, 1.0), (0, 4), textcoords="offset points", ha="center")
         where = " where their rules fire most" if inference.order else ""
-        panel.set_title(f"then-parts{where}, × number of rules", fontsize=9.0)
+        panel.set_title(f"then-parts{where}, × number of rules")
 
 
 def _draw_surface(panel: Any, found: Report) -> None:
@@ -164,9 +169,11 @@ def _draw_surface(panel: Any, found: Report) -> None:
             inside = (found.lowest + margin < round_numbers) & (round_numbers < found.highest - margin)
             levels = round_numbers[inside]
             lines = panel.contour(found.first, found.second, shown, levels=levels, colors="white", linewidths=0.6)
-            panel.clabel(lines, fontsize=7, fmt="%.3g")
+            panel.clabel(lines, fontsize=SMALL, fmt=lambda height: f"{height:.3g}".replace("-", "−"))
         if not found.positive and found.lowest <= 0.0:
-            panel.contourf(found.first, found.second, shown, levels=[found.lowest - 1.0, 0.0], colors="red", alpha=0.5)
+            panel.contourf(
+                found.first, found.second, shown, levels=[found.lowest - 1.0, 0.0], colors=_REFUSED, alpha=0.5
+            )
     if found.gaps.any():
         panel.contourf(
             found.first, found.second, found.gaps.T.astype(float), levels=[0.5, 1.5], colors="none", hatches=["////"]
@@ -174,7 +181,8 @@ def _draw_surface(panel: Any, found: Report) -> None:
     title = f"{found.inference.name}({first.name}, {second.name})"
     title += "   hatched: no rule fires" if found.gaps.any() else ""
     title += "   red: not positive" if found.lowest <= 0.0 else ""
-    panel.set_title(title, fontsize=9.0)
+    panel.set_title(title)
+    panel.locator_params(nbins=5)
     panel.set(xlabel=_label(first), ylabel=_label(second))
 
 
@@ -182,7 +190,7 @@ def _draw_slices(panel: Any, found: Report) -> None:
     """Draw the output over the first input, at five values of the second."""
     name = found.inference.name
     if len(found.variables) == 1:
-        panel.plot(found.first, found.output[:, 0], color=_colours(1)[0], lw=1.6)
+        panel.plot(found.first, found.output[:, 0], color=_colours(1)[0], lw=1.2)
         panel.fill_between(found.first, 0, 1, found.gaps[:, 0], color=_GAP, transform=panel.get_xaxis_transform())
     else:
         second = found.variables[1].name
@@ -191,9 +199,9 @@ def _draw_slices(panel: Any, found: Report) -> None:
             label = f"{second} = {found.second[column]:.3g}".replace("-", "−")
             # dashes for the lower half: slices at opposite values often coincide, and both are to be seen
             style: dict[str, Any] = {"ls": (0, (4, 3)), "zorder": 3} if 2 * column < len(found.second) - 1 else {}
-            panel.plot(found.first, found.output[:, column], color=colour, lw=1.6, label=label, **style)
-        panel.legend(frameon=False, fontsize=8)
+            panel.plot(found.first, found.output[:, column], color=colour, lw=1.2, label=label, **style)
+        panel.legend()
     if found.lowest <= 0.0:
-        panel.axhline(0.0, color="red", lw=0.8)
-    panel.grid(alpha=0.25)
+        panel.axhline(0.0, color=_REFUSED, lw=0.8)
+    panel.locator_params(axis="x", nbins=5)
     panel.set(xlabel=_label(found.variables[0]), ylabel=name, xlim=(found.first[0], found.first[-1]))

@@ -12,11 +12,13 @@ from spherical_wrist.recording.runs import record
 from spherical_wrist.simulation.run import versions
 
 FIGURE_1 = (
-    "Without disturbance, with sign switching as written: the desired angles in grey, both methods in alternating "
-    "dashes, and the size of the attitude error below."
+    "Without disturbance, with sign switching as written. Above, the desired angles in grey, and both methods in "
+    "dashes that take turns, since they coincide. In the middle, how far each angle is off; below, the attitude error."
 )
 FIGURE_2 = (
-    "A constant disturbance of 25 %: the size of the attitude error above, a twentieth of a second of the torque below."
+    "A constant disturbance of 25 %, with sign switching as written on the left, in the boundary layer on the right. "
+    "Above, the attitude error; in the middle, the envelope that the torque fills, shaded for the baseline, as edges "
+    "for the proposal; below, single switches."
 )
 RULES = (
     "The 21 rules of the proposal: fuzzy sets of the error and its rate, rule weights, and the slope that they make."
