@@ -76,6 +76,8 @@ def picture_bytes(
         if engine is not None:  # savefig would draw everything once more, only for the layout
             engine.execute(drawing)
             drawing.set_layout_engine("none")
+            for panel in drawing.axes:  # the solver's rounding differs from run to run, and SVG has names made of it
+                panel.set_position([round(place, 6) for place in panel.get_position().bounds])
         if kind == "pgf":
             return _pgf(drawing).encode()
         if dpi is None:

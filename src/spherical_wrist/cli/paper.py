@@ -19,7 +19,7 @@ def command(
     output: Annotated[Path, Option("--output", "-o", metavar="DIR", help="folder to write")] = Path("paper"),
     json: Json = False,
 ) -> None:
-    """Files in DIR: report.md, both figures as PNG and SVG, and the recordings behind them."""
+    """Files in DIR: report.md, both figures as PNG, SVG and PDF, and the recordings behind them."""
     from spherical_wrist.paper.evaluation.report import regenerate
 
     report = regenerate(output)

@@ -81,25 +81,26 @@ def picture(
     found = report(inference, points, threshold, held)
     with mpl.rc_context(STYLE):
         words = [part for text in found.lines() for part in wrap(text, _LETTERS)]
-        foot_height = _LINE * (1 + len(words))
-        figure = Figure(figsize=(_WIDTH, _HEIGHT + foot_height), layout="constrained")
-        parts: Any = figure.subfigures(3, 1, height_ratios=(0.35 * _HEIGHT, 0.65 * _HEIGHT, foot_height))
-        top, bottom, foot = parts
+        foot = _LINE * (1 + len(words))
+        figure: Any = Figure(figsize=(_WIDTH, _HEIGHT + foot))
+        share = foot / (_HEIGHT + foot)
+        figure.set_layout_engine("constrained", rect=(0.0, share, 1.0, 1.0 - share))
+        top, bottom = figure.add_gridspec(2, 1, height_ratios=(0.35, 0.65))
         variables = inference.rules.variables
-        panels = top.subplots(1, len(variables) + 1, sharey=True)
+        panels = top.subgridspec(1, len(variables) + 1).subplots(sharey=True)
         for panel, variable in zip(panels, variables, strict=False):
             _draw_sets(panel, variable)
         panels[0].set_ylabel("degree")
         _draw_outputs(panels[-1], inference, found)
         if len(variables) > 1:
-            surface, slices = bottom.subplots(1, 2, width_ratios=(1.25, 1.0))
+            surface, slices = bottom.subgridspec(1, 2, width_ratios=(1.25, 1.0)).subplots()
             _draw_surface(surface, found)
         else:
-            slices = bottom.subplots()
+            slices = figure.add_subplot(bottom)
         _draw_slices(slices, found)
         if title:
             figure.suptitle(title, weight="bold")
-        foot.text(0.012, 0.5, "\n".join(words), va="center", linespacing=1.5)
+        figure.text(0.012, 0.5 * share, "\n".join(words), va="center", linespacing=1.5)
     drawn = Picture(figure, found)
     if file is not None:
         write_whole(file, drawn.content(file.suffix[1:].lower()), "picture")
