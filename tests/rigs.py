@@ -178,9 +178,7 @@ class Running:
         with warnings_kept_in_data():
             chunk = run_chunk([rollout], self._cache.engine, self._cache.log(count))
         [progress] = chunk.progress
-        if isinstance(progress, Exception):
-            loop.raise_law_error(f"raised {type(progress).__name__}: {progress}")
-        loop.record_progress(*progress)
+        loop.record_progress(*progress, chunk.faults.get(0))
         return chunk.logged.series(loop.wrist, self._channels)
 
 

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from rigs import experiments
 from spherical_wrist import Experiment, simulate
 from spherical_wrist.control import Law
-from spherical_wrist.errors import LawError, ParameterError
+from spherical_wrist.errors import ParameterError
 from spherical_wrist.loop.addresses import array_address
 from spherical_wrist.loop.outcome import Status
 from spherical_wrist.prepare.cache import SLOTS, RunCache
@@ -100,16 +100,22 @@ def test_one_that_goes_wrong_does_not_take_the_others_along(late, order, chunk):
     assert all(same(found[slot], ALONE[number]) for slot, number in ((0, 0), (4, 9), (6, 6)))
     assert [type(found[slot]) for slot in (3, 5)] == [ParameterError, ZeroDivisionError]
     for slot, name in zip((1, 2, 7), order, strict=True):
-        if name == "nan":
-            alone = simulate(late[name])
-            assert same(found[slot], alone)
-            assert (alone.outcome.status, alone.outcome.time, len(alone)) == (Status.FAILED, 0.021, 21)
-            assert alone.outcome.reason.startswith("law 'mine' at t = 0.021 s wrote the torque [")
-            continue
-        with pytest.raises(LawError, match=r"^law 'mine' at t = 0.021 s") as raised:
-            simulate(late[name])
-        assert isinstance(found[slot], LawError)
-        assert str(found[slot]) == str(raised.value)
+        alone = simulate(late[name])
+        assert same(found[slot], alone)
+        assert (alone.outcome.status, alone.outcome.time, len(alone)) == (Status.FAILED, 0.021, 21)
+        wrote = {"nan": "wrote the torque [", "raise": "raised ", "index": "raised "}[name]
+        assert alone.outcome.reason.startswith(f"law 'mine' at t = 0.021 s {wrote}")
+
+
+@pytest.mark.parametrize("name", ["raise", "nan"])
+def test_what_was_simulated_before_a_law_failed_is_that_of_a_shorter_run(late, name):
+    early = late[name].replaced(steady_from=0.01, disturbance=0.0)  # whose size would depend on the duration
+    failed = simulate(early)
+    whole = simulate(early.replaced(duration=0.021))
+    assert (failed.outcome.status, whole.outcome.status) == (Status.FAILED, Status.COMPLETED)
+    assert failed.metrics == whole.metrics
+    for channel in ("attitude", "rate", "torque", "error"):
+        np.testing.assert_array_equal(getattr(failed, channel), getattr(whole, channel))
 
 
 def test_a_disturbance_that_goes_wrong_between_two_chunks(tmp_path):
@@ -124,8 +130,10 @@ def test_a_disturbance_that_goes_wrong_between_two_chunks(tmp_path):
     assert isinstance(good, RolloutResult)
     assert same(good, ALONE[0])
     assert same(other, ALONE[1])
-    assert isinstance(bad, ParameterError)
-    assert "t = 0.016 s is not finite" in str(bad)
+    assert (bad.outcome.status, bad.outcome.time) == (Status.FAILED, 0.01)
+    assert "t = 0.016 s is not finite" in bad.outcome.reason
+    [alone] = roll_out([lambda: short], RunCache())  # in one chunk, it is wrong from the start
+    assert isinstance(alone, ParameterError)
 
 
 def test_none_of_them():

@@ -30,7 +30,7 @@ SETTINGS = np.dtype(
     ],
     align=True,
 )
-RUNNING, TOO_FAST, UNSTABLE, NO_TORQUE = 0, 1, 2, 3
+RUNNING, TOO_FAST, UNSTABLE, NO_TORQUE, RAISED = 0, 1, 2, 3, 4
 BAD_POSITION = int(mujoco.mjtWarning.mjWARN_BADQPOS)
 BAD_CONTROL = int(mujoco.mjtWarning.mjWARN_BADCTRL)
 
@@ -62,7 +62,8 @@ class Progress(NamedTuple):
 
     Attributes:
         logged: number of control instants logged.
-        status: reason for stopping early; ``RUNNING`` if all inputs were used.
+        status: reason for stopping early; ``RUNNING`` if all inputs were used. The loop ends with the exception of a
+            law that raises; its caller writes ``RAISED``.
     """
 
     logged: int

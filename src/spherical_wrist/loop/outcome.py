@@ -7,7 +7,8 @@ from typing import NamedTuple
 class Status(StrEnum):
     """Status of a run that has ended.
 
-    A run has failed where its law, after some time, wrote a torque that is not finite.
+    A run has failed where its law, after some time, raised an exception or wrote a torque that is not finite, or where
+    another part of a user's own raised one.
     """
 
     COMPLETED = "completed"

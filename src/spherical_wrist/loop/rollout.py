@@ -25,7 +25,7 @@ from spherical_wrist.loop.addresses import (
 from spherical_wrist.loop.compiler import entry
 from spherical_wrist.loop.constraints import CONSTRAINTS, STATE, Constraints
 from spherical_wrist.loop.engine import Engine
-from spherical_wrist.loop.loop import LOG, SETTINGS, Plant, Progress, close_loop
+from spherical_wrist.loop.loop import LOG, RAISED, SETTINGS, Plant, Progress, close_loop
 from spherical_wrist.loop.machine_code import Compiled
 from spherical_wrist.measure.logged import Logged
 from spherical_wrist.measure.metrics import METRIC_SETTINGS, TOTALS, accumulate
@@ -125,7 +125,7 @@ RUN = np.dtype(
 )
 """Run record: addresses of the law and of all arrays of a run, and its progress, written by :func:`run_all`.
 
-``status`` is UNFINISHED for a run whose law raised, and for runs after it.
+``status`` is UNFINISHED where the law of a run has raised, and for runs after it.
 """
 
 UNFINISHED = -1
@@ -158,16 +158,18 @@ class Chunk(NamedTuple):
     """Result of one chunk of several rollouts.
 
     Attributes:
-        progress: progress of each rollout, or the exception that its law raised.
+        progress: progress of each rollout.
+        faults: exceptions that laws raised, by index of the rollout.
         logged: log of a single rollout, valid until the memory is used again; None for several, which share the memory.
     """
 
-    progress: list[Progress | Exception]
+    progress: list[Progress]
+    faults: dict[int, Exception]
     logged: Logged | None
 
 
 def run_chunk(rollouts: Sequence[Rollout], engine: Engine, log: npt.NDArray[Any]) -> Chunk:
-    """Run every rollout to the end of its inputs, or until it stops, and add to its metrics.
+    """Run every rollout to the end of its inputs, or until it stops or its law raises, and add to its metrics.
 
     All rollouts use the same log memory in turn, so that it stays in the processor's cache.
 
@@ -185,15 +187,14 @@ def run_chunk(rollouts: Sequence[Rollout], engine: Engine, log: npt.NDArray[Any]
         for n, (a, b) in zip(counts, widths.tolist(), strict=True)
     ]
     run_rollouts = _run_compiled if engine.compiled else _run_interpreted
-    progress = run_rollouts(rollouts, memories, engine)
+    faults: dict[int, Exception] = {}
+    progress = run_rollouts(rollouts, memories, engine, faults)
     if len(rollouts) > 1:
-        return Chunk(progress, None)
+        return Chunk(progress, faults, None)
     [rollout], [memory], [reached] = rollouts, memories, progress
-    if isinstance(reached, Exception):
-        return Chunk(progress, None)
     inputs, substeps = rollout.inputs, int(rollout.parts.settings["substeps"][0])
     logged = Logged(inputs.time, inputs.desired, inputs.disturbance[::substeps], *memory)
-    return Chunk(progress, logged.first(reached.logged))
+    return Chunk(progress, faults, logged.first(reached.logged))
 
 
 def compiled_run_all() -> Compiled:
@@ -202,14 +203,13 @@ def compiled_run_all() -> Compiled:
 
 
 def _run_compiled(
-    rollouts: Sequence[Rollout], memories: Sequence[LogMemory], engine: Engine
-) -> list[Progress | Exception]:
+    rollouts: Sequence[Rollout], memories: Sequence[LogMemory], engine: Engine, faults: dict[int, Exception]
+) -> list[Progress]:
     runs = np.zeros(len(rollouts), RUN)
     for run, rollout, memory in zip(runs, rollouts, memories, strict=True):
         fill_run_record(run, rollout.parts, memory, rollout.metric_settings, rollout.totals)
         run["inputs"] = array_addresses(rollout.inputs)
     compiled = compiled_run_all()
-    faults: dict[int, Exception] = {}
     first = 0
     while first < len(runs):
         try:
@@ -218,16 +218,38 @@ def _run_compiled(
         except Exception as error:  # only a law can raise in the loop, and it can raise anything
             first += int((runs["status"][first:] == UNFINISHED).argmax())
             faults[first] = error
+            runs[first]["logged"], runs[first]["status"] = _raised(rollouts[first], memories[first], engine)
             first += 1
-    return [faults.get(i) or Progress(int(run["logged"]), int(run["status"])) for i, run in enumerate(runs)]
+    return [Progress(int(run["logged"]), int(run["status"])) for run in runs]
+
+
+def _raised(rollout: Rollout, memory: LogMemory, engine: Engine) -> Progress:
+    """Return the progress of a rollout whose law just raised, and add the rows before that to its metrics.
+
+    The rows are still in the log memory. Their number follows from the time that the law was told.
+    """
+    settings, signal = rollout.parts.settings, rollout.parts.signal
+    done = round(float(signal["time"][0] / settings["period"][0])) - int(settings["first"][0])
+    _accumulate(rollout, memory, engine, done)
+    settings["first"] += done
+    return Progress(done, RAISED)
+
+
+def _accumulate(rollout: Rollout, memory: LogMemory, engine: Engine, done: int) -> None:
+    """Add the first rows of a log to the metrics of a rollout."""
+    record, records = engine.record, engine.records
+    engine.accumulate(
+        *(record(rollout.metric_settings), record(rollout.totals), rollout.inputs.time[:done]),
+        *(records(rollout.inputs.desired[:done]), records(memory.log[:done]), memory.currents[:done]),
+    )
 
 
 def _run_interpreted(
-    rollouts: Sequence[Rollout], memories: Sequence[LogMemory], engine: Engine
-) -> list[Progress | Exception]:
-    results: list[Progress | Exception] = []
-    for rollout, memory in zip(rollouts, memories, strict=True):
-        parts, inputs, log = rollout.parts, rollout.inputs, engine.records(memory.log)
+    rollouts: Sequence[Rollout], memories: Sequence[LogMemory], engine: Engine, faults: dict[int, Exception]
+) -> list[Progress]:
+    results: list[Progress] = []
+    for index, (rollout, memory) in enumerate(zip(rollouts, memories, strict=True)):
+        parts, inputs = rollout.parts, rollout.inputs
         record, records = engine.record, engine.records
         arguments = parts._replace(
             constraints=parts.constraints._replace(
@@ -237,21 +259,17 @@ def _run_interpreted(
             drive=parts.drive._replace(settings=record(parts.drive.settings)),
             settings=record(parts.settings), signal=record(parts.signal), command=record(parts.command),
         )  # fmt: skip
-        desired = records(inputs.desired)
         try:
             progress = close_loop(
-                desired=desired, seen=records(inputs.seen), ahead=records(inputs.ahead),
+                desired=records(inputs.desired), seen=records(inputs.seen), ahead=records(inputs.ahead),
                 samples=records(inputs.samples), disturbance=inputs.disturbance,
-                log=log, states=memory.states, currents=memory.currents, **arguments._asdict(),
+                log=records(memory.log), states=memory.states, currents=memory.currents, **arguments._asdict(),
             )  # fmt: skip
         except Exception as error:  # only a law can raise in the loop, and it can raise anything
-            results.append(error)
+            faults[index] = error
+            results.append(_raised(rollout, memory, engine))
             continue
-        done = progress.logged
-        engine.accumulate(
-            *(record(rollout.metric_settings), record(rollout.totals), inputs.time[:done]),
-            *(desired[:done], log[:done], memory.currents[:done]),
-        )
+        _accumulate(rollout, memory, engine, progress.logged)
         results.append(progress)
     return results
 

@@ -12,7 +12,7 @@ from spherical_wrist.actuation.drive import Drive, aim, drive_of
 from spherical_wrist.compat.libmujoco import drop_step_timer
 from spherical_wrist.control.contract import COMMAND, SIGNAL, Law
 from spherical_wrist.disturbance import Torque
-from spherical_wrist.errors import LawError
+from spherical_wrist.errors import LawError, WristError, one_line
 from spherical_wrist.experiment.description import Experiment
 from spherical_wrist.experiment.perturbation import Start
 from spherical_wrist.experiment.timing import Timing
@@ -144,22 +144,26 @@ class ClosedLoop:
             self._range.add(inputs.desired["attitude"])
         return inputs
 
-    def record_progress(self, logged: int, status: int) -> None:
+    def record_progress(self, logged: int, status: int, fault: Exception | None = None) -> None:
         """Add the control periods of one call of the loop, and set ``outcome`` if the run has ended.
 
+        Args:
+            logged: number of control periods.
+            status: status of the loop.
+            fault: exception that the law raised.
+
         Raises:
-            LawError: the law wrote a torque that is not finite at the first instant.
+            LawError: the law raised, or wrote a torque that is not finite, at the first instant.
         """
         self.sample += logged
         time = self.sample * self._timing.control_period
-        if status == loop.NO_TORQUE:
+        if status in (loop.NO_TORQUE, loop.RAISED):
+            advice = f"; {NO_TORQUE_ADVICE}" if status == loop.NO_TORQUE else ""
             try:
-                self.raise_law_error("wrote a torque that is not finite")
-            except LawError as error:
-                if self.sample == 0:
-                    raise
-                self.outcome = Outcome(Status.FAILED, time, f"{error}; {NO_TORQUE_ADVICE}")
-                return
+                self.raise_law_error("wrote a torque that is not finite" if fault is None else _raised(fault))
+            except WristError as error:
+                self.fail(error, advice)
+            return
         if status == loop.TOO_FAST:
             speed = float(np.linalg.norm(self.parts.plant.qvel))
             reason = f"the wrist turns at {speed:.4g} rad/s, beyond {RATE_LIMIT:g} rad/s"
@@ -168,6 +172,20 @@ class ClosedLoop:
             self.outcome = Outcome(Status.DIVERGED, time, "the physics became unstable (state not finite or huge)")
         elif self.sample == self._timing.samples:
             self.outcome = Outcome(Status.COMPLETED, time)
+
+    def fail(self, error: Exception, advice: str = "") -> None:
+        """End the run at the present instant because of an error; what was simulated before it is kept.
+
+        Args:
+            error: the error.
+            advice: addition to its text.
+
+        Raises:
+            Exception: the error, if nothing has been simulated.
+        """
+        if self.sample == 0:
+            raise error
+        self.outcome = Outcome(Status.FAILED, self.sample * self._timing.control_period, f"{error}{advice}")
 
     def raise_law_error(self, fault: str) -> NoReturn:
         """Raise the error of the law at the present instant, as one interpreted step shows it if it can.
@@ -201,6 +219,10 @@ class ClosedLoop:
             record.torque_limit,
         )
         check_step(self._law, signal, state)
+
+
+def _raised(error: Exception) -> str:
+    return f"raised {type(error).__name__}: {one_line(error)}"
 
 
 def _initial_state(reference: Motion, start: Start) -> tuple[tuple[float, ...], Array]:

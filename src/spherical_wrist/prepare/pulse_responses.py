@@ -316,8 +316,8 @@ class SettledLoop:
         with warnings_kept_in_data():
             chunk = run_chunk([rollout], self._cache.engine, self._cache.log(count))
         [progress] = chunk.progress
-        if isinstance(progress, Exception):
-            loop.raise_law_error(f"raised {type(progress).__name__}: {progress}")
+        if chunk.faults:
+            loop.raise_law_error(f"raised {type(chunk.faults[0]).__name__}: {chunk.faults[0]}")
         if progress.status != RUNNING:
             raise NotLinearError(f"{self._name} does not settle at the pose: the run diverges")
         loop.parts.settings["first"] = first + count

@@ -4,11 +4,12 @@ import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from spherical_wrist.compat.libmujoco import warnings_kept_in_data
-from spherical_wrist.errors import as_exception, one_line
+from spherical_wrist.errors import as_exception
 from spherical_wrist.experiment.description import Experiment
+from spherical_wrist.loop.loop import Progress
 from spherical_wrist.loop.outcome import Outcome, Status, StoppedError
 from spherical_wrist.loop.rollout import Rollout, compiled_run_all, run_chunk
 from spherical_wrist.measure.logged import Logged
@@ -79,8 +80,8 @@ def roll_out(
             done = run_chunk(list(rollouts.values()), cache.engine, cache.log(_longest(rollouts)))
             elapsed = time.perf_counter() - began
             with _preparation_turn():
-                for run, progress in zip(rollouts, done.progress, strict=True):
-                    run.update(progress, elapsed)
+                for index, (run, progress) in enumerate(zip(rollouts, done.progress, strict=True)):
+                    run.update(progress, done.faults.get(index), elapsed)
                     if done.logged is not None and run.loop is not None and run.fault is None:
                         keep(run.loop, done.logged)
                 rollouts = _rollouts(runs, chunk)
@@ -111,28 +112,36 @@ class _Run:
         return self.loop is not None and self.fault is None and self.loop.outcome is None
 
     def next_rollout(self, chunk: int, steps: int) -> Rollout | None:
-        """Return the next inputs with the arguments of the loop; None if sampling the inputs raises."""
+        """Return the next inputs with the arguments of the loop; None if sampling them raises, which ends the run."""
         assert self.loop is not None
         assert self._metrics is not None
         try:
             inputs = self.loop.next_inputs(chunk, steps)
         except BaseException as error:  # a user's code may raise anything
-            self.fault = as_exception(error)
+            self._end(as_exception(error))
             return None
         return Rollout(self.loop.parts, inputs, self._metrics.settings, self._metrics.totals, self.loop.widths)
 
-    def update(self, progress: Any, elapsed: float) -> None:
-        """Add the progress of one chunk, or store the error of the law."""
+    def update(self, progress: Progress, fault: Exception | None, elapsed: float) -> None:
+        """Add the progress of one chunk, and the exception that its law raised."""
         assert self.loop is not None
         self._wall_time += elapsed
         try:
-            if isinstance(progress, Exception):
-                self.loop.raise_law_error(f"raised {type(progress).__name__}: {one_line(progress)}")
-            self.loop.record_progress(progress.logged, progress.status)
-            if self.loop.outcome is not None:
-                self.add_warnings()
+            self.loop.record_progress(*progress, fault)
         except BaseException as error:  # a user's code may raise anything
             self.fault = as_exception(error)
+        if self.loop.outcome is not None:
+            self.add_warnings()
+
+    def _end(self, error: Exception) -> None:
+        """End the run as failed, or with an error if it has not begun."""
+        assert self.loop is not None
+        try:
+            self.loop.fail(error)
+        except Exception as fault:
+            self.fault = fault
+        else:
+            self.add_warnings()
 
     def add_warnings(self) -> None:
         """Add what was measured of a run that has ended to the warnings of its loop."""

@@ -47,13 +47,13 @@ def simulate(
         cache: cache of models and laws; by default that of this thread.
 
     Returns:
-        The run. Divergence is an outcome, not an exception.
+        The run. Divergence is an outcome, not an exception, as is a law that raises after some time.
 
     Raises:
         ParameterError: the periods are no multiples of each other, the disturbance has no size, or the series would
             have too many rows.
         ModelError: the MJCF file is not a wrist.
-        LawError: the law raises, writes no torque, or cannot be compiled.
+        LawError: the law raises or writes no torque at the start, or cannot be compiled.
     """
     if record_every < 1:
         raise ParameterError(f"record_every = {record_every}: must be 1 or more")
