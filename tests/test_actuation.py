@@ -18,6 +18,7 @@ from spherical_wrist.actuation.cogging import cogging_torque
 from spherical_wrist.actuation.coils import allocate, coil_torque, condition, fill_map, gram
 from spherical_wrist.actuation.description import spread
 from spherical_wrist.actuation.drive import aim, drive_of, set_torque_command, step_motors
+from spherical_wrist.actuation.reach import utilisation
 from spherical_wrist.control import Law
 from spherical_wrist.errors import WristError
 from spherical_wrist.experiment.perturbation import Start
@@ -72,6 +73,21 @@ def drive(actuation, seed=0, motors=None, limit=np.inf, period=PERIOD, step=PERI
 
 
 HOME, REST = (1.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
+
+
+@given(
+    attitude=quaternions(),
+    torque=st.tuples(*[st.floats(-0.3, 0.3)] * 3),
+    actuation=st.sampled_from([Ideal(), SphericalMotor(), SphericalMotor(failed=(3,), failure_known=True)]),
+)
+def test_a_torque_is_cut_where_it_takes_more_than_all_of_a_limit(attitude, torque, actuation):
+    motors = drive(actuation, motors=np.array([[1.0, 0.2, 0.0], [0.0, 0.8, 0.0], [0.0, 0.3, -1.0]]), limit=0.2)
+    aim(motors, tuple(attitude), REST, -motors.settings.ahead, np.empty(3))
+    cut = set_torque_command(motors, torque, np.empty(3))
+    packed = motors._replace(settings=np.array([motors.settings], motors.settings.dtype))
+    [share] = utilisation(packed, np.array([attitude]), np.array([torque]))
+    assume(abs(share - 1.0) > 1e-9)
+    assert cut == (share > 1.0)
 
 
 # --- torque resolution -----------------------------------------------------------------------------------------------

@@ -3,9 +3,10 @@
 import json
 from pathlib import Path
 
+import numpy as np
 import pytest
 
-from rigs import bits, mjcf
+from rigs import RigidBody, bits, mjcf
 from spherical_wrist import Experiment, load_recording, record, simulate
 from spherical_wrist.measure.metrics import METRICS
 from spherical_wrist.measure.warnings import CHECKS, summarized, warnings_of
@@ -67,6 +68,36 @@ def test_model_and_motion_and_run_contribute(tmp_path):
     assert "frictionloss" in model
     assert motion == "this motion is doubtful for 1 s"
     assert run
+
+
+def spun(nominal, share):
+    """A motion about the tool of a wrist upright, that needs this share of its motor's torque at 4 Hz.
+
+    The torque of θ = A sin(ω t) is I θ̈ + d θ̇, of the amplitude A ω hypot(I ω, d).
+    """
+    body, omega = RigidBody.of(nominal), 8.0 * np.pi
+    needed = omega * np.hypot(body.inertia[2, 2] * omega, body.damping)
+    return {"name": "sinusoid", "amplitude": (0, 0, share * nominal.upper[2] / needed), "frequency": 4, "phase": 0}
+
+
+def test_a_reference_beyond_the_motors_says_by_how_much_and_when(nominal):
+    upright = {"law": "computed_torque", "disturbance": 0, "mass_scale": 1, "duration": 1.0}
+    assert not simulate(Experiment(reference=spun(nominal, 0.99), **upright)).warnings
+    said = simulate(Experiment(reference=spun(nominal, 1.25), **upright)).warnings[0]
+    assert said.startswith("the reference alone needs more torque than the motors give: up to 1.25 × what they give")
+    body, omega, time = RigidBody.of(nominal), 8.0 * np.pi, np.arange(1000) * 1e-3
+    phase = np.arctan2(body.damping, -body.inertia[2, 2] * omega)
+    share = 1.25 * np.abs(np.sin(omega * time + phase))
+    beyond = share > 1.0
+    assert f"({share.max() * nominal.upper[2]:.3g} N·m at " in said
+    assert f"from {time[beyond.argmax()]:.4g} s on for {100.0 * beyond.mean():.3g} % of the time" in said
+
+
+def test_a_run_whose_law_asks_too_much_does_not_blame_the_reference(nominal):
+    stiff = {"name": "computed_torque", "Kp": 4e4, "Kv": 400}
+    found = simulate(Experiment(law=stiff, duration=0.3, initial_error=(0.0, 0.0, 3.0), steady_from=0.0))
+    assert found.metrics.saturated_fraction > 0.0
+    assert not [said for said in found.warnings if "reference alone" in said]
 
 
 @pytest.mark.parametrize(

@@ -69,7 +69,7 @@ def run_episodes(
         StoppedError: ``stop`` returned True.
         CampaignError: an episode raised an error that neither its law nor its experiment explains.
     """
-    results = roll_out([episode.experiment for episode in episodes], cache, stop=stop)
+    results = roll_out([episode.experiment for episode in episodes], cache, stop=stop, warn=False)
     if any(isinstance(each, RolloutResult) and each.outcome.status is Status.INTERRUPTED for each in results):
         raise StoppedError
     return [_row(episode, result) for episode, result in zip(episodes, results, strict=True)]

@@ -25,6 +25,7 @@ from spherical_wrist.prepare.acting_constraints import constraint_warnings, cons
 from spherical_wrist.prepare.cache import Models, RunCache
 from spherical_wrist.prepare.inputs import InputSource, Motion
 from spherical_wrist.prepare.joint_range import JointRange
+from spherical_wrist.prepare.motor_reach import reach_warnings
 from spherical_wrist.prepare.nominal import NominalModel
 from spherical_wrist.prepare.user_part_checks import check_step, checked_motion, checked_torque, checked_warnings
 from spherical_wrist.sensing import Ideal as IdealSensing
@@ -74,6 +75,8 @@ class ClosedLoop:
         outcome: outcome of the run; None while it runs.
         warnings: sentences about what makes the run doubtful, of the model to begin with. Whoever prepares the run or
             sees it end may append more; see :mod:`spherical_wrist.measure.warnings`.
+        reach_warnings: function that returns sentences about a reference beyond the limits of the motors, which takes
+            time: it is called for runs in which a limit cut the torque, or that were lost.
 
     Raises:
         LawError: the law raises, writes no torque, or cannot be compiled.
@@ -97,6 +100,7 @@ class ClosedLoop:
         self.sample = 0
         self.outcome: Outcome | None = None
         self.warnings: list[str] = list(models.wrist.warnings)
+        self.reach_warnings: Callable[[], tuple[str, ...]] = tuple
         self._models, self._law, self._timing, self._reference = models, law, timing, reference
         self.sensing, self.actuation = sensing, actuation
         engine, wrist, data = cache.engine, models.wrist, models.data
@@ -296,6 +300,10 @@ def prepare(
         sensing=experiment.sensing,
         actuation=experiment.actuation,
         seed=seed,
+    )
+    key = ("reach", experiment.wrist_file, drawn, state, timing, experiment.actuation)
+    prepared.reach_warnings = lambda: cache.value(
+        key, lambda: reach_warnings(models.nominal, reference, timing, prepared.parts.drive)
     )
     timestep = float(models.wrist.model.opt.timestep)
     if experiment.physics_period is None and timing.differs_from(timestep):
