@@ -18,8 +18,8 @@ from spherical_wrist.compat.libmujoco import address_of
 ROOT = Path(spherical_wrist.__file__).parent
 LEVELS = (
     {
-        "errors", "channels", "colours", "consent", "plain_text", "picture_file", "picture_style", "seal", "versions",
-        "so3", "result",
+        "errors", "channels", "colours", "consent", "plain_text", "picture_axes", "picture_file", "picture_style",
+        "result", "result_table", "seal", "so3", "versions",
     },
     {"files", "folder_lock", "compat"},
     {"parameters", "user_file", "class_source", "wrist"},
@@ -57,8 +57,8 @@ ROOMS_OF_LIBRARY = {
     "PIL": {"film"},
     "gymnasium": {"environment"},
     "matplotlib": {
-        "picture_file", "fuzzy", "inspection", "film", "paper", "comparison", "stability", "tuning", "report",
-        "result", "api",
+        "picture_axes", "picture_file", "fuzzy", "inspection", "film", "paper", "comparison", "stability", "tuning",
+        "report", "result", "api",
     },
 }  # fmt: skip
 """Libraries that only these rooms import."""

@@ -19,11 +19,13 @@ from spherical_wrist.comparison.crossing import Crossing, CrossingStatus, first_
 from spherical_wrist.comparison.frontier import Edge, frontier
 from spherical_wrist.comparison.frontier_picture import frontier_picture
 from spherical_wrist.comparison.frontier_report import order, to_dict
+from spherical_wrist.comparison.frontier_table import frontier_table
 from spherical_wrist.control import ComputedTorque, SlidingComputedTorque
 from spherical_wrist.errors import ParameterError, UnknownNameError, WristError
 from spherical_wrist.experiment.axes import AXES, chosen_axes
 from spherical_wrist.loop.outcome import Outcome, Status
 from spherical_wrist.measure.metrics import METRICS, Metrics
+from spherical_wrist.picture_style import WIDTHS
 
 # --- the search
 
@@ -351,16 +353,33 @@ def table():
     return to_dict(found, {"a_law": ComputedTorque(), "b_law": ComputedTorque()}, (MASS, COM), BOUNDS, 0.02, 1.0)
 
 
-def test_bars_of_the_picture_end_at_the_crossings():
-    mass, com = frontier_picture(table(), (MASS, COM)).axes
-    for axes, names, ends, texts in (
-        (mass, ["b law", "a law"], [1.5, 10.0], ["1.5", "> 10"]),
-        (com, ["b law", "a law"], [None, 10.0], ["misses already at the nominal", "10"]),
-    ):
-        assert [label.get_text() for label in axes.get_yticklabels()] == names
-        for bar, end in zip(axes.patches, ends, strict=True):
-            assert bar.get_x() + bar.get_width() == pytest.approx(bar.get_x() if end is None else end)
-        assert [text.get_text() for text in axes.texts] == texts
+@pytest.mark.parametrize("width", WIDTHS.values())
+def test_rows_of_the_picture_end_at_the_crossings_in_one_order_of_laws(width):
+    made = frontier_picture(table(), (MASS, COM), width)
+    mass, com = made.axes
+    names = [law["law"] for law in table()["laws"]]
+    assert [label.get_text() for label in mass.get_yticklabels()] == names == ["a_law", "b_law"]
+    assert mass.get_title() == f"{MASS.name} [×]"
+    assert mass.get_xlim()[0] == MASS.base == 1.0
+    by_tip, by_attitude = table()["laws"][1]["edges"][MASS.name]["by"], table()["laws"][0]["edges"]["com"]["by"]
+    of_bounds = dict(zip(table()["bounds"], "os", strict=True))
+    ends = ((mass, [10.0, 1.5], [">", of_bounds[by_tip]]), (com, [10.0, None], [of_bounds[by_attitude], "x"]))
+    for panel, values, markers in ends:
+        stems, marks = panel.lines[::2], panel.lines[1::2]
+        assert [mark.get_marker() for mark in marks] == markers
+        places = [mark.get_ydata()[0] for mark in marks]
+        assert places == sorted(places)
+        for stem, mark, end in zip(stems, marks, values, strict=True):
+            assert mark.get_xdata()[0] == stem.get_xdata()[-1] == pytest.approx(end or panel.get_xlim()[0])
+    meanings = {text.get_text() for text in made.legends[0].get_texts()}
+    assert {"no miss up to here", "the nominal wrist misses"} < meanings
+
+
+def test_the_table_for_a_paper():
+    found = frontier_table(table(), (MASS, COM))
+    assert [column.label for column in found.columns] == ["law", f"{MASS.name} [×]", "com [mm]"]
+    assert found.rows == [["a_law", "> 10", 10.0], ["b_law", 1.5, "nominal"]]
+    assert found.best == {(0, 1), (0, 2)}
 
 
 # --- the command line
@@ -391,7 +410,9 @@ def test_json_has_the_promised_keys_and_its_commands_replay_the_miss(wrist):
         assert value > given["bounds"][edge["by"]]
         assert f"{value:.4g} {METRICS[edge['by']].unit} > " in edge["reason"]
     assert json.loads(Path("out/frontier.json").read_text()) == given
-    assert {path.name for path in Path("out").iterdir()} == {f"frontier.{end}" for end in ("json", "pdf", "png", "svg")}
+    assert {path.name for path in Path("out").iterdir()} == {
+        f"frontier.{end}" for end in ("json", "md", "pdf", "png", "svg", "tex")
+    }
     assert imread("out/frontier.png").ndim == 3
 
 

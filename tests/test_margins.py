@@ -13,6 +13,7 @@ from spherical_wrist import Experiment, simulate
 from spherical_wrist.cli import main
 from spherical_wrist.control import PD
 from spherical_wrist.errors import ParameterError, WristError
+from spherical_wrist.picture_style import WIDTHS
 from spherical_wrist.prepare.cache import RunCache
 from spherical_wrist.prepare.pulse_responses import SettledLoop
 from spherical_wrist.stability import margins
@@ -172,16 +173,22 @@ def test_the_command_prints_a_table_and_writes_what_it_says(tmp_path, capsys):
     printed = capsys.readouterr().out
     assert "worst tip" in printed
     assert "pd P=500 D=0: no margins" in printed
-    assert {path.name for path in folder.iterdir()} == {f"margins.{end}" for end in ("json", "pdf", "png", "svg")}
+    assert {path.name for path in folder.iterdir()} == {
+        f"margins.{end}" for end in ("json", "md", "pdf", "png", "svg", "tex")
+    }
     kept = json.loads((folder / "margins.json").read_text(encoding="utf-8"))
     assert [law["law"] for law in kept["laws"]] == ["pd", "pd P=500 D=0"]
 
 
 def test_the_picture_has_a_line_for_every_law_with_a_linear_loop(table):
-    sensitivity, tip, worst = margins_picture(table).axes
-    assert len(tip.lines) == 1
-    assert len(sensitivity.lines) == 2  # and the line at Ms = 2
-    assert [label.get_text() for label in worst.get_yticklabels()] == ["pd"]
+    for width in WIDTHS.values():
+        sensitivity, tip, worst, *_ = margins_picture(table, width).axes
+        assert len(tip.lines) == 1
+        assert len(sensitivity.lines) == 2  # and the line at Ms = 2
+        assert [label.get_text() for label in worst.get_yticklabels()] == ["pd"]
+        [stem, mark] = worst.lines
+        end = 1e3 * table["laws"][0]["worst_tip_error_mm"]
+        assert mark.get_xdata()[0] == stem.get_xdata()[-1] == pytest.approx(end)
 
 
 @pytest.mark.parametrize(

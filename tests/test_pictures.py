@@ -5,19 +5,25 @@ import re
 import shutil
 import subprocess
 import xml.etree.ElementTree as ET
+from itertools import combinations, pairwise
 from pathlib import Path
 
 import matplotlib as mpl
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.image import imread
 
 from rigs import one_line
 from spherical_wrist.colours import AXES, GREY, OWN, PALETTE, PAPER, RIVALS
+from spherical_wrist.comparison.law_rows import columns_that_fit, law_rows, panel_width, row_panels, rows_height
 from spherical_wrist.control import Law
 from spherical_wrist.errors import ParameterError
+from spherical_wrist.picture_axes import log_ticks, logarithmic, text_width, wrapped
 from spherical_wrist.picture_file import PICTURES, check_ending, picture_bytes, picture_content
 from spherical_wrist.picture_style import STYLE, WIDTHS, law_looks, width_inches
 from spherical_wrist.plain_text import latex, latex_mathematics, literal
@@ -37,8 +43,8 @@ def drawing():
 # --- formats
 
 
-def test_every_format_is_what_its_ending_says_and_the_same_whenever_it_is_made():
-    for ending in PICTURES:
+def test_pictures_are_the_same_whenever_they_are_made():
+    for ending in (".svg", ".pdf", ".pgf"):
         content = picture_content(drawing(), Path("a" + ending.upper()))
         assert content == picture_content(drawing(), Path("b" + ending))
     assert imread(io.BytesIO(picture_bytes(drawing(), "png"))).shape[:2] == (600, 1050)  # 300 dots an inch
@@ -138,3 +144,79 @@ def test_colours_are_told_apart_without_red_or_green(colours):
         seen = np.clip(linear @ matrix.T, 0.0, 1.0) ** (1.0 / 2.2)
         apart = np.linalg.norm(seen[:, None] - seen[None], axis=2)[np.triu_indices(len(colours), 1)]
         assert apart.min() > 0.12
+
+
+# --- rows of laws
+
+LONG = "adaptive_fuzzy_sliding_computed_torque Kp=[400, 400, 400] Kv=[40, 40, 40] prediction=false"
+
+
+def overlaps(made):
+    """Return the texts of a picture that reach into a panel that is not theirs, into each other, or beyond the edge."""
+    made.draw_without_rendering()
+    renderer = FigureCanvasAgg(made).get_renderer()
+    panels = [panel.get_window_extent(renderer) for panel in made.axes]
+    names, words = [], []
+    for panel in made.axes:
+        names += [text for text in panel.get_yticklabels() if text.get_text()]
+        words += [panel.title, panel.xaxis.label, *panel.get_xticklabels()]
+    words += [text for legend in made.legends for text in legend.get_texts()]
+    boxes = {text: text.get_window_extent(renderer) for text in (*names, *words) if text.get_text()}
+    whole = made.get_window_extent(renderer)
+    found = [
+        (text.get_text(), "a panel")
+        for text, box in boxes.items()
+        for panel in panels
+        if box.shrunk(0.98, 0.9).overlaps(panel)
+    ]
+    found += [
+        (a.get_text(), b.get_text())
+        for (a, first), (b, second) in combinations(boxes.items(), 2)
+        if first.shrunk(0.98, 0.9).overlaps(second.shrunk(0.98, 0.9))
+    ]
+    found += [
+        (text.get_text(), "the edge")
+        for text, box in boxes.items()
+        if box.x0 < whole.x0 or box.x1 > whole.x1 or box.y0 < whole.y0 or box.y1 > whole.y1
+    ]
+    return found
+
+
+@pytest.mark.parametrize("width", WIDTHS.values())
+def test_no_text_of_rows_of_laws_covers_data_or_other_text(width):
+    statuses = {name: law.status for name, law in Law.members.items()} | {LONG: "user", "$a_b$ {x}": "rival"}
+    rows = law_rows(statuses, width)
+    titles = ["unknown_delay [ms]", "disturbance [%]", "worst tip error [µm]"]
+    columns = columns_that_fit(rows, width, 0.6, 3)
+    with mpl.rc_context(STYLE):
+        made = Figure(figsize=(width, 0.1 + rows_height(rows, titles, width, columns)))
+        for panel in row_panels(made, rows, titles, 0.1, columns):
+            logarithmic(panel.xaxis, 2.3e-5, 4.1e3, panel_width(rows, width, columns))
+        assert overlaps(made) == []
+    drawn = [text.get_text() for text in made.axes[0].get_yticklabels()]
+    assert [text.replace("\n", "").replace(" ", "") for text in drawn] == [
+        literal(label).replace(" ", "") for label in statuses
+    ]
+    assert (max(text.count("\n") for text in drawn) >= 2) == (width < 5.0)
+
+
+@given(st.floats(1e-9, 1e6), st.floats(1.02, 1e12), st.floats(0.3, 6.0))
+@settings(max_examples=60)
+def test_numbers_at_a_logarithmic_axis_are_round_inside_and_apart(low, ratio, length):
+    high = low * ratio
+    ticks = log_ticks(low, high, length)
+    assert ticks == sorted(ticks)
+    assert all(low * 0.999999 <= tick <= high * 1.000001 for tick in ticks)
+    assert all(len(f"{tick:.3e}".partition("e")[0].rstrip("0").replace(".", "")) <= 2 for tick in ticks)
+    places = [length * np.log10(tick / low) / np.log10(ratio) for tick in ticks]
+    assert all(b - a > 0.1 for a, b in pairwise(places))
+    if ratio > 1e3 and length > 1.0:
+        assert len(ticks) >= 2
+
+
+def test_long_text_is_broken_and_nothing_is_lost():
+    for room in (0.3, 0.8, 1.5):
+        lines = wrapped(LONG, 7.0, room)
+        assert "".join(lines).replace(" ", "") == LONG.replace(" ", "")
+        assert all(text_width(line, 7.0) <= room for line in lines)
+    assert wrapped("pd", 7.0, 1.0) == ["pd"]

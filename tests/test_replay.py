@@ -152,7 +152,9 @@ def test_other_versions_are_named_as_a_cause(tmp_path, wrist):
 
 def test_an_interrupted_run_is_replayed_as_far_as_it_went(tmp_path):
     simulated = []
-    run = simulate(Experiment(duration=60.0), progress=lambda done, total: simulated.append(done), stop=lambda: len(simulated) >= 2)
+    run = simulate(
+        Experiment(duration=60.0), progress=lambda done, total: simulated.append(done), stop=lambda: len(simulated) >= 2
+    )
     assert run.outcome.status == "interrupted"
     record(run, tmp_path / "run.rrd")
     found = replay(tmp_path / "run.rrd")

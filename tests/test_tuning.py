@@ -520,6 +520,8 @@ def test_the_picture_marks_default_front_and_choices(tmp_path):
     table = summary_of(found_with([(1.0, 1.0), (0.5, 1.0), (1.0, 0.5), (0.3, 4.0), (3.0, 0.3), (5.0, 5.0), None]))
     drawing = front_picture(table)
     upper, lower = drawing.axes
+    drawn = [line.get_label() for line in upper.get_lines()]
+    assert {text.get_text() for text in upper.get_legend().get_texts()} <= set(drawn)
     lines = {line.get_label(): line for line in upper.get_lines()}
     assert lines["default gains"].get_xydata().tolist() == [[1.0, 1.0]]
     front = next(line for label, line in lines.items() if label.startswith("Pareto front"))

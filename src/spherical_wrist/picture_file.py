@@ -112,7 +112,7 @@ def _pgf(drawing: Any) -> str:
     width, height = drawing.get_size_inches()
     corner = rf"\pgfqpoint{{{width:f}in}}{{{height:f}in}}"
     code.write(
-        f"{_PGF_HEADER}\\begingroup%\n\\makeatletter%\n\\providecommand{{\\mathdefault}}[1]{{##1}}%\n"
+        f"{_PGF_HEADER}\\begingroup%\n\\makeatletter%\n\\providecommand{{\\mathdefault}}[1]{{#1}}%\n"
         f"\\begin{{pgfpicture}}%\n\\pgfpathrectangle{{\\pgfpointorigin}}{{{corner}}}%\n"
         "\\pgfusepath{use as bounding box, clip}%\n"
     )

@@ -49,10 +49,12 @@ STYLE: Any = {
     "axes.spines.right": False,
     "lines.linewidth": 1.0,
     "legend.frameon": False,
+    "ytick.alignment": "center",
     "svg.fonttype": "none",  # text stays text
     "svg.hashsalt": "spherical-wrist",
     "pdf.fonttype": 42,  # TrueType, which publishers ask for
     "pgf.rcfonts": False,  # the fonts of the document
+    "text.hinting": "no_hinting",  # or texts have other widths at other resolutions
     "agg.path.chunksize": 20000,
 }
 """Settings of Matplotlib (rcParams) for all pictures."""
@@ -67,13 +69,15 @@ class LawLook(NamedTuple):
         weight: width of its line [pt].
         order: drawing order; larger ones are in front.
         accented: True for one's own laws.
+        named: True if its name is written in its colour.
     """
 
     colour: str
     dash: Any
     weight: float
     order: int
-    accented: bool
+    accented: bool = False
+    named: bool = False
 
     @property
     def line(self) -> dict[str, Any]:
@@ -84,28 +88,33 @@ class LawLook(NamedTuple):
 def law_looks(statuses: Mapping[str, str], *, lines: bool = False) -> dict[str, LawLook]:
     """Return the looks of laws by label: one's own in the accent, the paper's in another colour, the others in grey.
 
-    One's own laws are the user's; where there are none, this project's.
-
     Args:
         statuses: status of each law (:data:`~spherical_wrist.control.contract.LawStatus`), keyed by label.
         lines: True if lines have to be told apart: then a few other laws have colours too.
     """
-    own = "user" if "user" in statuses.values() else "ours"
-    others = [label for label, status in statuses.items() if status not in (own, "paper")]
+    own = own_laws(statuses)
+    others = [label for label, status in statuses.items() if label not in own and status != "paper"]
     colours = RIVALS if lines and len(others) <= len(RIVALS) else (GREY,)
     dashes = ("-", (0, (4, 1.5)), (0, (1, 1)), (0, (5, 1.5, 1, 1.5)))
     seen = dict.fromkeys(("own", "paper", "other"), 0)
     looks = {}
     for label, status in statuses.items():
-        kind = "own" if status == own else "paper" if status == "paper" else "other"
+        kind = "own" if label in own else "paper" if status == "paper" else "other"
         place, seen[kind] = seen[kind], seen[kind] + 1
         if kind == "other":
             pale = len(colours) == 1
-            looks[label] = LawLook(colours[place % len(colours)], "-", 0.7 if pale else 1.0, 2, False)
+            looks[label] = LawLook(colours[place % len(colours)], "-", 0.7 if pale else 1.0, 2)
         else:
-            look = LawLook(OWN, dashes[place % len(dashes)], 1.6, 5, True)
-            looks[label] = look if kind == "own" else look._replace(colour=PAPER, weight=1.3, order=4, accented=False)
+            dash = dashes[place % len(dashes)]
+            own_look = LawLook(OWN, dash, 1.6, 5, accented=True, named=True)
+            looks[label] = own_look if kind == "own" else LawLook(PAPER, dash, 1.3, 4, named=True)
     return looks
+
+
+def own_laws(statuses: Mapping[str, str]) -> frozenset[str]:
+    """Return the labels of one's own laws: the user's; where there are none, this project's."""
+    own = "user" if "user" in statuses.values() else "ours"
+    return frozenset(label for label, status in statuses.items() if status == own)
 
 
 def width_inches(text: str) -> float:

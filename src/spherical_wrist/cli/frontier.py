@@ -5,16 +5,28 @@ from __future__ import annotations
 import time
 from collections.abc import Mapping, Sequence
 from itertools import count
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from rich.text import Text
 from typer import Option
 
 from spherical_wrist.cli import completion
-from spherical_wrist.cli.options import Changes, ExperimentFile, Folder, Jobs, Json, Laws, Settings, with_parameters
+from spherical_wrist.cli.options import (
+    Changes,
+    ExperimentFile,
+    Folder,
+    Jobs,
+    Json,
+    Laws,
+    Plots,
+    Settings,
+    Tables,
+    Width,
+    with_parameters,
+)
 from spherical_wrist.cli.progress import counting
-from spherical_wrist.cli.tables import Entry, cell_width, fitted, json_bytes, print_json, printer, short, written_to
+from spherical_wrist.cli.results import ResultFiles, result_files, write_results
+from spherical_wrist.cli.tables import Entry, cell_width, fitted, print_json, printer, short
 from spherical_wrist.experiment.axes import AXES
 
 if TYPE_CHECKING:
@@ -47,6 +59,9 @@ def command(
     set_: Settings = None,
     changes: Changes,
     output: Folder = None,
+    plot: Plots = None,
+    table: Tables = None,
+    width: Width = None,
     jobs: Jobs = None,
     json: Json = False,
 ) -> None:
@@ -59,13 +74,16 @@ def command(
     hardware` has a table of the axes.
 
     The tip error of 0.1 mm is what coronary surgery typically needs (Bachta et al., 2011). The attitude error of 0.01
-    rad displaces a needle's point 10 mm beside the tool's axis by as much. With -o: frontier.json, .png and .svg.
+    rad displaces a needle's point 10 mm beside the tool's axis by as much. With -o: frontier.json,
+    .png, .svg, .pdf, .tex and .md.
 
     Exit code: 0 found, 2 wrong input, 130 stopped by Ctrl-C.
     """
     from spherical_wrist.comparison.bounds import BOUNDS, read_bounds
     from spherical_wrist.comparison.frontier import frontier
+    from spherical_wrist.comparison.frontier_picture import frontier_picture
     from spherical_wrist.comparison.frontier_report import to_dict
+    from spherical_wrist.comparison.frontier_table import frontier_table
     from spherical_wrist.comparison.law_selection import laws_from_texts
     from spherical_wrist.experiment.axes import chosen_axes
     from spherical_wrist.experiment.command import read_settings
@@ -75,32 +93,27 @@ def command(
     every = {**changes, **read_settings(set_ or [])}
     bounds, axes = read_bounds(max_ or [], BOUNDS), chosen_axes(axis or [])
     laws = laws_from_texts(law or [], tables, every)
+    files = result_files(output, plot, table, width)
     began = time.perf_counter()
     with counting("searching") as progress:
         edges = frontier(
             laws, axes, tables, every, bounds=bounds, tolerance=tolerance, folder=output, jobs=jobs, progress=progress
         )
-    table = to_dict(edges, laws, axes, bounds, tolerance, time.perf_counter() - began)
-    if output is not None:
-        _write(table, axes, output)
+    found = to_dict(edges, laws, axes, bounds, tolerance, time.perf_counter() - began)
+    write_results(
+        files,
+        "frontier",
+        found,
+        lambda width: frontier_picture(found, axes, width),
+        lambda: frontier_table(found, axes),
+    )
     if json:
-        print_json(table)
+        print_json(found)
     else:
-        _print(table, axes, output)
+        _print(found, axes, files)
 
 
-def _write(table: dict[str, Any], axes: Sequence[Axis], folder: Path) -> None:
-    from spherical_wrist.comparison.frontier_picture import frontier_picture
-    from spherical_wrist.files import write_together
-    from spherical_wrist.picture_file import folder_pictures
-
-    contents = folder_pictures(frontier_picture(table, axes), "frontier")
-    table["files"] = sorted([*contents, "frontier.json"])
-    contents["frontier.json"] = json_bytes(table)
-    write_together({folder / name: content for name, content in contents.items()})
-
-
-def _print(table: dict[str, Any], axes: Sequence[Axis], folder: Path | None) -> None:
+def _print(table: dict[str, Any], axes: Sequence[Axis], files: ResultFiles) -> None:
     from spherical_wrist.comparison.bounds import statement
 
     console = printer()
@@ -116,8 +129,7 @@ def _print(table: dict[str, Any], axes: Sequence[Axis], folder: Path | None) -> 
     bounds = [f"{marks[name] or 'no mark'}: {statement(name, bound)}" for name, bound in table["bounds"].items()]
     console.print(Text(f"missed: {'; '.join(bounds)}; {LOST}: the run did not complete", "dim"))
     console.print(Text("nominal: missed already there; > or <: never missed up to there", "dim"))
-    if folder is not None:
-        console.print(written_to(folder, ", ".join(table["files"])), soft_wrap=True)
+    files.say(", ".join(table["files"]))
 
 
 def _marks(bounds: Mapping[str, float]) -> dict[str, str]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from pathlib import Path
 from typing import Annotated, Any
 
 from rich.text import Text
@@ -17,26 +16,19 @@ from spherical_wrist.cli.options import (
     Jobs,
     Json,
     Laws,
+    Plots,
     Settings,
+    Tables,
+    Width,
     with_hardware,
     with_parameters,
 )
 from spherical_wrist.cli.progress import counting
-from spherical_wrist.cli.tables import Entry, fitted, json_bytes, print_json, printer, short, written_to
+from spherical_wrist.cli.results import ResultFiles, result_files, write_results
+from spherical_wrist.cli.tables import print_json, printer, shown
 from spherical_wrist.experiment.options import OPTIONS
 
 CHOSEN = [option.parameter for option in OPTIONS if option.parameter not in ("law", "disturbance.name")]
-COLUMNS = (
-    ("Ms", "max_sensitivity", 1.0),
-    ("gain up\n[dB]", "gain_margin_db", 1.0),
-    ("down\n[dB]", "gain_reduction_margin_db", 1.0),
-    ("phase\n[°]", "phase_margin_deg", 1.0),
-    ("delay\n[ms]", "delay_margin_s", 1e3),
-    ("disk", "disk_margin", 1.0),
-    ("band\n[Hz]", "bandwidth_hz", 1.0),
-    ("worst tip\n[µm]", "worst_tip_error_mm", 1e3),
-)
-"""Columns of the first table: heading, key in the JSON object, factor."""
 
 
 @with_parameters(*CHOSEN)
@@ -50,6 +42,9 @@ def command(
     no_ranges: Annotated[bool, Option("--no-ranges", help="leave out the ranges, which take longest")] = False,
     set_: Settings = None,
     output: Folder = None,
+    plot: Plots = None,
+    table: Tables = None,
+    width: Width = None,
     jobs: Jobs = None,
     json: Json = False,
 ) -> None:
@@ -63,7 +58,8 @@ def command(
     wrist run --disturbance-shape worst runs it. Ranges: how far mass, payload and a delay that nobody knows of may go,
     each alone. A dash is a margin without end.
 
-    With -o: margins.json, .png and .svg. Needs python-control and Slycot: pip install 'spherical-wrist[margins]'.
+    With -o: margins.json, .png, .svg, .pdf, .tex and .md. Needs python-control and Slycot: pip install
+    'spherical-wrist[margins]'.
 
     Exit code: 0 computed, 2 wrong input, 130 stopped by Ctrl-C.
     """
@@ -71,68 +67,47 @@ def command(
     from spherical_wrist.experiment.command import read_settings
     from spherical_wrist.experiment.description import read_toml
     from spherical_wrist.files import make_folder
+    from spherical_wrist.result_table import beside
     from spherical_wrist.stability import margins
+    from spherical_wrist.stability.picture import margins_picture
     from spherical_wrist.stability.report import to_dict
+    from spherical_wrist.stability.tables import margins_table, ranges_table
 
     tables = read_toml(experiment) if experiment else {}
     every = {**with_hardware(hardware, changes), **read_settings(set_ or [])}
     laws = laws_from_texts(law or [], tables, every)
+    files = result_files(output, plot, table, width)
     if output is not None:
         make_folder(output)
     began = time.perf_counter()
     with counting("linearising") as progress:
         found = margins(laws, tables, every, at=at, ranges=not no_ranges, jobs=jobs, progress=progress)
-    table = to_dict(found, at, time.perf_counter() - began)
-    if output is not None:
-        _write(table, output)
+    results = to_dict(found, at, time.perf_counter() - began)
+    write_results(
+        files,
+        "margins",
+        results,
+        lambda width: margins_picture(results, width),
+        lambda: beside(margins_table(results), ranges_table(results)),
+    )
     if json:
-        print_json(table)
+        print_json(results)
     else:
-        _print(table, output)
+        _print(results, files)
 
 
-def _write(table: dict[str, Any], folder: Path) -> None:
-    from spherical_wrist.files import write_together
-    from spherical_wrist.picture_file import folder_pictures
-    from spherical_wrist.stability.picture import margins_picture
-
-    contents = folder_pictures(margins_picture(table), "margins")
-    table["files"] = sorted([*contents, "margins.json"])
-    contents["margins.json"] = json_bytes(table)
-    write_together({folder / name: content for name, content in contents.items()})
-
-
-def _print(table: dict[str, Any], folder: Path | None) -> None:
-    from spherical_wrist.stability.stable_range import DEVIATIONS
+def _print(table: dict[str, Any], files: ResultFiles) -> None:
+    from spherical_wrist.stability.tables import margins_table, ranges_table
 
     console = printer()
-    stable = [law for law in table["laws"] if law["stable"]]
-    stable.sort(key=lambda law: law["worst_tip_error_mm"])
-    size = table["disturbance"]
-    bound = f"{short(1e3 * size['size_Nm'])} mN·m"
-    if size["level"] is not None:
-        bound = f"{100.0 * size['level']:g} % ({bound})"
-    if stable:
-        title = f"margins at the plant's input; torques within {bound} per axis"
-        rows: list[list[Entry]] = [
-            [law["law"], *(_scaled(law[key], factor) for _, key, factor in COLUMNS)] for law in stable
-        ]
-        console.print(fitted(title, ["law", *(heading for heading, _, _ in COLUMNS)], rows, console.width))
-        note = "Worst tip: from where the tip rests without the disturbance. A dash: no end."
-        console.print(Text(note, "dim"))
-    if stable and stable[0]["ranges"]:
-        rows = [
-            [law["law"], *(_scaled(law["ranges"][each.name], each.factor) for each in DEVIATIONS)] for law in stable
-        ]
-        headings = ["law", *(each.heading for each in DEVIATIONS)]
+    found, ranges = margins_table(table), ranges_table(table)
+    if found.rows:
+        console.print(shown(found, console.width))
+        console.print(Text(" ".join(found.notes), "dim"))
+    if ranges is not None:
         console.print()
-        console.print(fitted("stable, one change at a time", headings, rows, console.width))
+        console.print(shown(ranges, console.width))
     for law in table["laws"]:
         if not law["stable"]:
             console.print(f"{law['law']}: no margins; {law['reason']}", soft_wrap=True)
-    if folder is not None:
-        console.print(written_to(folder, ", ".join(table["files"])), soft_wrap=True)
-
-
-def _scaled(value: float | None, factor: float) -> Text:
-    return Text(short(None if value is None else factor * value))
+    files.say(", ".join(table["files"]))

@@ -55,6 +55,10 @@ CaseFile = Annotated[Path | None, Option("--cases", metavar="FILE.toml", help="a
 Plots = Annotated[
     list[Path] | None, Option("--plot", metavar="OUT.png|.svg|.pdf|.pgf", help="draw a picture of it; may be repeated")
 ]
+Tables = Annotated[
+    list[Path] | None,
+    Option("--table", metavar="OUT.tex|.md|.csv", help="write the table: LaTeX, Markdown or CSV; may be repeated"),
+]
 Width = Annotated[
     str | None,
     Option("--width", metavar="WIDTH", help="of the picture: one-column, two-column, or 88mm or 3.5in [two-column]"),

@@ -11,6 +11,9 @@ from rich.text import Text
 
 from spherical_wrist.cli.streams import speaks_unicode
 from spherical_wrist.plain_text import escaped, visible
+from spherical_wrist.result_table import ResultTable, cell_text, short
+
+__all__ = ["short"]
 
 Entry = Text | str
 
@@ -58,15 +61,6 @@ def number(value: float | None, digits: int = 4) -> str:
     return f"{value:.{digits}g}" if value == 0.0 or 1e-3 <= abs(value) < 1e5 else f"{value:.{digits - 1}e}"
 
 
-def short(value: float | None) -> str:
-    """Write a figure with three digits; a dash for None."""
-    if value is None:
-        return "—"
-    if abs(value) >= 1e5 or 0.0 < abs(value) < 1e-3:
-        return f"{value:.2e}"
-    return f"{value:.0f}" if abs(value) >= 1000.0 else f"{value:.3g}"
-
-
 def written_to(folder: object, names: str) -> Text:
     """Return a line with the folder and the names of files that were written."""
     return Text.assemble("written to ", (str(folder), "bold"), f": {names}")
@@ -109,3 +103,16 @@ def fitted(title: str, headings: Sequence[str], rows: Sequence[Sequence[Entry]],
 def cell_width(entry: Entry) -> int:
     """Return the width of an entry on the terminal [columns]."""
     return (Text(entry) if isinstance(entry, str) else entry).cell_len
+
+
+def shown(table: ResultTable, width: int) -> Table:
+    """Lay out a table of results for the terminal; see :func:`fitted`."""
+    headings = [f"{column.heading}\n[{column.unit}]" if column.unit else column.heading for column in table.columns]
+    rows: list[list[Entry]] = [
+        [
+            Text(cell_text(cell), "bold green" if (place, column) in table.best else "")
+            for column, cell in enumerate(row)
+        ]
+        for place, row in enumerate(table.rows)
+    ]
+    return fitted(table.title, headings, rows, width)

@@ -14,11 +14,12 @@ from rich.text import Text
 from typer import Argument, Option
 
 from spherical_wrist.cli import completion
-from spherical_wrist.cli.options import CaseFile, Changes, Jobs, Json, Settings, with_parameters
+from spherical_wrist.cli.options import CaseFile, Changes, Jobs, Json, Plots, Settings, Width, with_parameters
 from spherical_wrist.cli.progress import counting
+from spherical_wrist.cli.results import ResultFiles, result_files
 from spherical_wrist.cli.signals import heard, noted
 from spherical_wrist.cli.streams import complain
-from spherical_wrist.cli.tables import Entry, fitted, json_bytes, print_json, printer, short, written_to
+from spherical_wrist.cli.tables import Entry, fitted, json_bytes, print_json, printer, short
 from spherical_wrist.errors import ParameterError
 
 if TYPE_CHECKING:
@@ -71,6 +72,8 @@ def command(
     output: Annotated[
         Path | None, Option("--output", "-o", metavar="DIR", help="folder of the study [tune-LAW]")
     ] = None,
+    plot: Plots = None,
+    width: Width = None,
     jobs: Jobs = None,
     json: Json = False,
 ) -> int:
@@ -93,7 +96,7 @@ def command(
     from spherical_wrist.experiment.command import read_settings
     from spherical_wrist.experiment.description import read_toml
     from spherical_wrist.tuning.family import Family, usual
-    from spherical_wrist.tuning.pareto import summary_of
+    from spherical_wrist.tuning.pareto import FOLDER, summary_of
     from spherical_wrist.tuning.ranges import space_of
     from spherical_wrist.tuning.search import Search, tune
 
@@ -107,6 +110,7 @@ def command(
     space = space_of(tuned, parameter or [], per_axis=per_axis)
     search = Search(space, bool(parameter), family, sampler.value, changes.get("seed", 0))
     folder = output or Path(f"tune-{tuned.name}")
+    files = result_files(folder, plot, None, width)
     with noted() as received, counting("tuning") as progress:
         found = tune(search, folder, trials, jobs=jobs, progress=progress, stop=lambda: bool(received))
     if received:
@@ -115,12 +119,13 @@ def command(
         print("stopped before the first trials were done", file=sys.stderr)
         return 128 + received[0]
     table = summary_of(found)
-    _write(found, table, folder, _case_options(cases, changes, settings))
+    _write(found, table, files, folder, _case_options(cases, changes, settings))
     _warn(found)
     if json:
         print_json(table)
     else:
         _print(table, folder)
+        files.say(f"front.png, .svg, .pdf, tune.json, tune.log, {FOLDER}/trial-*.toml")
     if found.stopped:
         done = f"stopped after {len(found.trials)} of {trials} trials; the same command goes on"
         print(done, file=sys.stderr)
@@ -145,9 +150,9 @@ def _case_options(cases: Path | None, changes: Mapping[str, Any], settings: list
     return [*suite, *given, *(part for text in other for part in ("--set", text))]
 
 
-def _write(found: SearchResult, table: dict[str, Any], folder: Path, again: list[str]) -> None:
+def _write(found: SearchResult, table: dict[str, Any], files: ResultFiles, folder: Path, again: list[str]) -> None:
     from spherical_wrist.files import make_folder, write_together
-    from spherical_wrist.picture_file import folder_pictures
+    from spherical_wrist.picture_file import folder_pictures, picture_content
     from spherical_wrist.tuning.gains_file import gains_file
     from spherical_wrist.tuning.pareto import FOLDER
     from spherical_wrist.tuning.picture import front_picture
@@ -155,7 +160,8 @@ def _write(found: SearchResult, table: dict[str, Any], folder: Path, again: list
 
     make_folder(folder / FOLDER)
     chosen = [part for case in table["cases"] for part in ("--case", case["case"])]
-    contents = folder_pictures(front_picture(table), "front")
+    drawing = front_picture(table, files.width)
+    contents = folder_pictures(drawing, "front")
     for point in table["front"]:
         law = found.space.law_with(point["values"])
         path = str(folder / point["file"])
@@ -163,7 +169,8 @@ def _write(found: SearchResult, table: dict[str, Any], folder: Path, again: list
         contents[point["file"]] = gains_file(found.search.family.base, law, point, table, compare).encode()
     table["files"] = [FILE, *contents, "tune.json"]
     contents["tune.json"] = json_bytes(table)
-    write_together({folder / name: content for name, content in contents.items()})
+    plots = {file: picture_content(drawing, file) for file in files.plots}
+    write_together({folder / name: content for name, content in contents.items()} | plots)
     for file in (folder / FOLDER).iterdir():
         if OURS.fullmatch(file.name) and f"{FOLDER}/{file.name}" not in contents:
             file.unlink()  # no longer on the front
@@ -179,8 +186,6 @@ def _warn(found: SearchResult) -> None:
 
 
 def _print(table: dict[str, Any], folder: Path) -> None:
-    from spherical_wrist.tuning.pareto import FOLDER
-
     console = printer()
     default, infeasible = table["default"], table["infeasible"]
     console.print(
@@ -200,8 +205,6 @@ def _print(table: dict[str, Any], folder: Path) -> None:
         console.print(_table(table, console.width))
     for line in _advice(table, folder):
         console.print(line, soft_wrap=True)
-    files = f"front.png, .svg, .pdf, tune.json, tune.log, {FOLDER}/trial-*.toml"
-    console.print(written_to(folder, files), soft_wrap=True)
 
 
 def _table(table: dict[str, Any], width: int) -> Any:

@@ -1,89 +1,134 @@
-"""Picture of a frontier: for each axis, one bar per law up to its first miss of the bound."""
+"""Picture of a frontier: a row for each law and a panel for each axis, with the first value that missed a bound."""
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import matplotlib as mpl
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
+from spherical_wrist.colours import GREY
 from spherical_wrist.comparison.bounds import statement
 from spherical_wrist.comparison.crossing import CrossingStatus
-from spherical_wrist.comparison.picture import BEATEN, FRONT
+from spherical_wrist.comparison.frontier_report import OUTCOME
+from spherical_wrist.comparison.law_rows import (
+    LawRows,
+    columns_that_fit,
+    law_rows,
+    panel_width,
+    row_panels,
+    rows_height,
+)
 from spherical_wrist.experiment.axes import Axis
-from spherical_wrist.picture_style import STYLE
+from spherical_wrist.picture_axes import logarithmic, text_width
+from spherical_wrist.picture_style import SMALL, STYLE, WIDTHS
 from spherical_wrist.plain_text import literal
 
-COLUMNS = 2
-NOTE = """One axis at a time; the experiment sets all else.
-A bar ends at the first value that missed a bound;
-no smaller tested value missed it.
-Blue: law that holds the bounds furthest."""
+OF_BOUNDS = "osD^v"
+"""Markers of the bounds that are missed, in their order."""
+NARROWEST, MOST = 0.6, 6
+"""Smallest width of a panel [in], and largest number of them side by side."""
+HEAD, LINE = 0.06, 0.15
+"""Height of the legend without its lines, and of each line [in]."""
 
 
-def frontier_picture(table: Mapping[str, Any], axes: Sequence[Axis]) -> Figure:
-    """Draw one panel per axis with one bar per law, longest on top, over the logarithm of the value.
+class Mark(NamedTuple):
+    """Marker at the end of a row.
+
+    Attributes:
+        sign: marker of Matplotlib.
+        filled: False for an outline.
+        meaning: what it stands for.
+    """
+
+    sign: str
+    filled: bool
+    meaning: str
+
+
+def frontier_picture(table: Mapping[str, Any], axes: Sequence[Axis], width: float = WIDTHS["two-column"]) -> Figure:
+    """Draw a panel for each axis, with the laws in the order of the table in all of them, best on top.
 
     Args:
         table: frontier as :func:`spherical_wrist.comparison.frontier_report.to_dict` returns it.
         axes: axes of the frontier.
+        width: width of the picture [in].
     """
-    rows = -(-len(axes) // COLUMNS)
-    height = 0.9 + 0.19 * len(table["laws"])
+    rows = law_rows({law["law"]: law["status"] for law in table["laws"]}, width)
+    columns = columns_that_fit(rows, width, NARROWEST, min(len(axes), MOST))
+    columns = -(-len(axes) // -(-len(axes) // columns))  # as many in the last line as in the others
+    titles = [f"{axis.name} [{axis.shown[1]}]" for axis in axes]
     with mpl.rc_context(STYLE):
-        drawing = Figure(figsize=(5.2 * min(COLUMNS, len(axes)), height * rows + 0.5), layout="constrained")
-        panels = drawing.subplots(rows, min(COLUMNS, len(axes)), squeeze=False).ravel()
-        for panel, axis in zip(panels, axes, strict=False):
-            _panel(panel, axis, table)
-        for panel in panels[len(axes) :]:
-            panel.set_axis_off()
-            panel.text(0.5, 0.5, NOTE, ha="center", va="center", fontsize=8, color=BEATEN, transform=panel.transAxes)
-        bounds = " or ".join(statement(name, bound) for name, bound in table["bounds"].items())
-        drawing.suptitle(f"where each law first exceeds {bounds}", fontsize=10)
+        handles = _legend(table, axes)
+        side_by_side = _fitting(handles, width)
+        head = HEAD + LINE * -(-len(handles) // side_by_side)
+        drawing = Figure(figsize=(width, head + rows_height(rows, titles, width, columns)))
+        panels = row_panels(drawing, rows, titles, head, columns)
+        for panel, axis in zip(panels, axes, strict=True):
+            edges = {law["law"]: law["edges"][axis.name] for law in table["laws"]}
+            _panel(panel, axis, edges, rows, panel_width(rows, width, columns), table["bounds"])
+        drawing.legend(
+            handles=handles, loc="upper right", ncols=side_by_side, fontsize=SMALL, borderpad=0.3, handletextpad=0.1,
+            columnspacing=1.0, labelspacing=0.2, borderaxespad=0.3,
+        )  # fmt: skip
     return drawing
 
 
-def _panel(panel: Axes, axis: Axis, table: Mapping[str, Any]) -> None:
-    edges = {law["law"]: law["edges"][axis.name] for law in table["laws"]}
-    scale, unit = axis.shown
-    names = sorted(edges, key=lambda law: (edges[law]["found"] != CrossingStatus.NOMINAL, _deviation(edges[law], axis)))
-    reached = [scale * axis.value(_deviation(edges[name], axis)) for name in names]
-    # a logarithm has no zero: there, bars begin below the first value
-    start = scale * axis.base or 0.5 * min([scale * axis.first, *(value for value in reached if value > 0.0)])
-    for place, (name, value) in enumerate(zip(names, reached, strict=True)):
-        status = edges[name]["found"]
-        end, colour = value, FRONT if value == reached[-1] else BEATEN
-        shown = _short(value)
-        if status == CrossingStatus.NOMINAL:
-            end, shown, colour = start, "misses already at the nominal", BEATEN  # no bar
-        panel.barh(place, end - start, left=start, height=0.62, color=colour, alpha=0.85)
-        text = f"{'<' if axis.downwards else '>'} {shown}" if status == CrossingStatus.NEVER else shown
-        panel.annotate(text, (end, place), xytext=(3, 0), textcoords="offset points", va="center", fontsize=6.5)
-    panel.set_yticks(range(len(names)), [literal(name.replace("_", " ")) for name in names], fontsize=7)
-    far = max([axis.deviation(value / scale) for value in reached] + [axis.first])
-    panel.set(xscale="log", xlim=_limits(axis, start, scale * axis.value(far)), ylim=(-0.6, len(names) - 0.4))
-    panel.xaxis.set_major_formatter("{x:g}")
-    panel.xaxis.set_minor_formatter("")  # minor labels would overlap
-    panel.set_axisbelow(True)
-    panel.set_xlabel(f"{axis.name.replace('_', ' ')} [{unit}]")
-    panel.set_title(axis.meaning.partition(",")[0], fontsize=8.5)
-    panel.grid(axis="y", visible=False)
-    panel.tick_params(axis="y", length=0)
-
-
-def _limits(axis: Axis, start: float, furthest: float) -> tuple[float, float]:
-    """Return the ends of a panel: room for the figure at the longest bar, which goes to the right also downwards."""
-    ratio = max(furthest / start, start / furthest, 1.05)
-    return start, start / ratio**1.35 if axis.downwards else start * ratio**1.35
-
-
-def _deviation(edge: Mapping[str, Any], axis: Axis) -> float:
-    """Return the deviation at the first miss, or the largest one if there is none."""
+def _mark(edge: Mapping[str, Any], bounds: Mapping[str, float]) -> Mark:
     if edge["found"] == CrossingStatus.NEVER:
-        return axis.span
-    return axis.deviation(float(edge["misses"]))
+        return Mark(">", False, "no miss up to here")
+    if edge["found"] == CrossingStatus.NOMINAL:
+        return Mark("x", True, "the nominal wrist misses")
+    if edge["by"] == OUTCOME:
+        return Mark("X", True, "run lost")
+    place = list(bounds).index(edge["by"])
+    return Mark(OF_BOUNDS[place % len(OF_BOUNDS)], True, statement(edge["by"], bounds[edge["by"]]))
 
 
-def _short(value: float) -> str:
-    """Format a value with three digits, without an exponent."""
-    return f"{value:.0f}" if value >= 100.0 else f"{value:.3g}"
+def _legend(table: Mapping[str, Any], axes: Sequence[Axis]) -> list[Line2D]:
+    """Return an entry for each marker that is in the picture."""
+    found = [_mark(law["edges"][axis.name], table["bounds"]) for law in table["laws"] for axis in axes]
+    return [
+        Line2D([], [], linestyle="", marker=mark.sign, color=GREY, markersize=4.0, label=literal(mark.meaning),
+               markerfacecolor=GREY if mark.filled else "white")
+        for mark in sorted(set(found), key=lambda mark: "".join([*OF_BOUNDS, "X", ">", "x"]).index(mark.sign))
+    ]  # fmt: skip
+
+
+def _fitting(handles: Sequence[Line2D], width: float) -> int:
+    """Return the number of entries of a legend that fit side by side."""
+    widest = max(text_width(str(handle.get_label()), SMALL) for handle in handles) + 0.35
+    return max(1, min(len(handles), int(width // widest)))
+
+
+def _panel(
+    panel: Axes,
+    axis: Axis,
+    edges: Mapping[str, Mapping[str, Any]],
+    rows: LawRows,
+    width: float,
+    bounds: Mapping[str, float],
+) -> None:
+    scale, _ = axis.shown
+    ends = {label: scale * _value(edge, axis) for label, edge in edges.items()}
+    base = scale * axis.base
+    start = base or 0.5 * min([scale * axis.first, *(end for end in ends.values() if end > 0.0)])
+    if axis.downwards:
+        logarithmic(panel.xaxis, min(*ends.values(), 0.5 * start) / 1.15, start, width)
+        panel.invert_xaxis()
+    else:
+        logarithmic(panel.xaxis, start, 1.15 * max(*ends.values(), 2.0 * start), width)
+    for label, edge in edges.items():
+        place, look, mark = rows.places[label], rows.looks[label], _mark(edge, bounds)
+        at = start if edge["found"] == CrossingStatus.NOMINAL else ends[label]
+        panel.plot([start, at], [place, place], color=look.colour, linewidth=1.1, solid_capstyle="butt")
+        panel.plot(
+            at, place, mark.sign, color=look.colour, markerfacecolor=look.colour if mark.filled else "white",
+            markersize=4.0, clip_on=False, zorder=look.order,
+        )  # fmt: skip
+
+
+def _value(edge: Mapping[str, Any], axis: Axis) -> float:
+    """Return the value at the first miss, or the last one if there is none."""
+    return axis.limit if edge["found"] == CrossingStatus.NEVER else float(edge["misses"])

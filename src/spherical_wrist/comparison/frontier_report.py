@@ -8,7 +8,7 @@ The keys of the JSON object are stable:
 ``axes``         ``axis`` (name), ``meaning``, ``parameter``, ``unit``, ``base`` (value of the nominal wrist, where the
                  search starts), ``first`` (first deviation tested), ``limit`` (last value), ``growth`` (ratio of the
                  deviations tested before the bisection), ``shown_factor`` and ``shown_unit`` (for display)
-``laws``         best first: ``law`` (label), ``name``, ``parameters``, and by axis ``edges``:
+``laws``         best first: ``law`` (label), ``name``, ``status``, ``parameters``, and by axis ``edges``:
                  ``found`` (``crossing``, ``never within the limit``, ``misses already at the nominal``), ``holds`` and
                  ``misses`` (values of the parameter, null where there is none), ``by`` (metric that exceeds its bound
                  there the most, ``outcome`` for a run that did not complete, null where none missed), ``reason`` (the
@@ -64,6 +64,7 @@ def to_dict(
             {
                 "law": law,
                 "name": laws[law].name,
+                "status": laws[law].status,
                 "parameters": {
                     name: value for name, value in laws[law].model_dump(mode="json").items() if name != "name"
                 },

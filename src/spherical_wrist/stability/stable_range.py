@@ -8,6 +8,7 @@ from spherical_wrist.comparison.crossing import CrossingStatus, first_crossing
 from spherical_wrist.experiment.description import Experiment
 from spherical_wrist.prepare.cache import RunCache
 from spherical_wrist.prepare.pulse_responses import NotLinearError, SettledLoop
+from spherical_wrist.result_table import Column
 
 
 class Deviation(NamedTuple):
@@ -15,7 +16,7 @@ class Deviation(NamedTuple):
 
     Attributes:
         name: key in the results.
-        heading: heading of a table.
+        column: column of a table.
         first: first deviation that is tested.
         limit: largest deviation.
         value: value of the parameter at a deviation, from that of the experiment.
@@ -26,7 +27,7 @@ class Deviation(NamedTuple):
     """
 
     name: str
-    heading: str
+    column: Column
     first: float
     limit: float
     value: Callable[[float, float], float]
@@ -37,13 +38,13 @@ class Deviation(NamedTuple):
 
 
 DEVIATIONS = (
-    Deviation("smallest_mass_scale", "mass\n× from", 0.05, 3.0, lambda own, by: own * exp(-by),
+    Deviation("smallest_mass_scale", Column("mass from", "×"), 0.05, 3.0, lambda own, by: own * exp(-by),
               lambda experiment: experiment.mass_scale, lambda value: {"mass_scale": value}),
-    Deviation("largest_mass_scale", "mass\n× to", 0.05, 3.0, lambda own, by: own * exp(by),
+    Deviation("largest_mass_scale", Column("mass to", "×"), 0.05, 3.0, lambda own, by: own * exp(by),
               lambda experiment: experiment.mass_scale, lambda value: {"mass_scale": value}),
-    Deviation("largest_payload_kg", "payload\n[g] to", 0.005, 2.0, lambda own, by: own + by,
+    Deviation("largest_payload_kg", Column("payload to", "g"), 0.005, 2.0, lambda own, by: own + by,
               lambda experiment: experiment.payload, lambda value: {"payload": value}, 1e3),
-    Deviation("largest_unknown_delay_s", "unknown\ndelay [ms]", 1e-4, 0.05, lambda own, by: by,
+    Deviation("largest_unknown_delay_s", Column("unknown delay", "ms"), 1e-4, 0.05, lambda own, by: by,
               lambda experiment: 0.0, lambda value: {}, 1e3, True),
 )  # fmt: skip
 """Deviations, each searched alone. Mass scales go in equal ratios up to a factor of 20, delays up to 50 ms."""

@@ -6,78 +6,115 @@ from typing import Any
 import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter
 
-from spherical_wrist.comparison.picture import BEATEN, FAILED, FRONT, LABEL_SIZE
+from spherical_wrist.colours import OWN, PALE
 from spherical_wrist.measure.metrics import METRICS
-from spherical_wrist.picture_style import STYLE
+from spherical_wrist.picture_axes import logarithmic, text_width, wrapped
+from spherical_wrist.picture_style import FOR_ONE_COLUMN, SMALL, STYLE, TEXT, WIDTHS
 from spherical_wrist.plain_text import literal
 
 MARKERS = {"precise": "^", "calm": "s"}
-WORDS = {"precise": "more precise", "calm": "calmer"}
+WORDS = {"precise": ("more precise", "error"), "calm": ("calmer", "chattering")}
 X, Y = "chattering_Nm_per_s", "rms_error_rad"
 FURTHEST = 10.0
 """Points that are more times worse than the edges of the front are not shown."""
+DEFAULT, FRONT = "#000000", OWN
+HEIGHT, ROW = 2.6, 0.2
+"""Height of the panel of the front, and of a row of gains [in]."""
+LEFT, RIGHT, BELOW, BETWEEN, LINE = 0.72, 0.12, 0.4, 0.2, 0.14
+"""Space around the panels, and height of a line of a legend [in]."""
 
 
-def front_picture(table: Mapping[str, Any]) -> Figure:
-    """Draw the error against the chattering of every trial, and beside it the gains on the front.
+def front_picture(table: Mapping[str, Any], width: float = WIDTHS["two-column"]) -> Figure:
+    """Draw the error against the chattering of every trial, and the gains on the front beside or below it.
 
     Args:
         table: a search, by :func:`spherical_wrist.tuning.pareto.summary_of`.
+        width: width of the picture [in].
     """
+    stacked = width < FOR_ONE_COLUMN
+    names = [each["name"].removeprefix("law.") for each in _varied(table)]
+    name_width = max((text_width(name, SMALL) for name in names), default=0.0) + 0.08
+    rows = max(ROW * len(names), ROW)
+    whole = width - LEFT - RIGHT
+    first = whole if stacked else 0.55 * (whole - name_width - BETWEEN)
+    second = whole + LEFT - 0.06 - name_width if stacked else whole - first - name_width - BETWEEN
     with mpl.rc_context(STYLE):
-        drawing = Figure(figsize=(9.6, 4.6), layout="constrained")
-        left, right = drawing.subplots(1, 2, width_ratios=(3.0, 2.0))
-        _front(left, table)
-        _gains(right, table)
-        law, cases = literal(table["law"]["name"].replace("_", " ")), len(table["cases"])
-        right.legend(handles=_legend(), fontsize=LABEL_SIZE, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2)
-        drawing.suptitle(f"{law}: {table['trials']} sets of gains, each on {cases} cases", fontsize=10)
+        drawing = Figure()
+        left, right = drawing.add_axes((0.1, 0.1, 0.4, 0.8)), drawing.add_axes((0.6, 0.1, 0.3, 0.8))
+        _front(left, table, first)
+        _gains(right, table, second)
+        legends = [handles for handles in (_points(left), _bars(table)) if handles]
+        lines = [len(handles) for handles in (_points(left), _bars(table))]
+        title = (
+            f"{table['law']['name']}: {table['trials']} sets of gains, geometric means over {len(table['cases'])} cases"
+        )
+        words = wrapped(title, TEXT, width - 0.12, bold=True)
+        head = 0.1 + LINE * len(words)
+        above = [head + LINE * lines[0], LINE * lines[1] + (0.1 if stacked else head)]
+        if stacked:
+            height = above[0] + HEIGHT + BELOW + above[1] + rows + BELOW
+            places = [(LEFT, above[0], first, HEIGHT), (0.06 + name_width, height - BELOW - rows, second, rows)]
+        else:
+            rows = max(rows, HEIGHT + above[0] - above[1])
+            height = above[1] + rows + BELOW
+            across = LEFT + first + BETWEEN + name_width
+            places = [(LEFT, above[0], first, height - BELOW - above[0]), (across, above[1], second, rows)]
+        drawing.set_size_inches(width, height)
+        for panel, (x, y, wide, high) in zip((left, right), places, strict=True):
+            panel.set_position((x / width, 1.0 - (y + high) / height, wide / width, high / height))
+        for panel, handles in zip((left, right), legends, strict=False):
+            panel.legend(
+                handles=handles, loc="lower left", bbox_to_anchor=(0.0, 1.0), borderaxespad=0.0, borderpad=0.3,
+                labelspacing=0.25, handlelength=1.2, handletextpad=0.5,
+            )  # fmt: skip
+        drawing.text(0.06 / width, 1.0 - 0.06 / height, "\n".join(map(literal, words)), va="top", weight="bold")
     return drawing
 
 
-def _front(panel: Axes, table: Mapping[str, Any]) -> None:
+def _front(panel: Axes, table: Mapping[str, Any], length: float) -> None:
     front, default = table["front"], table["default"]
-    panel.set(
-        xscale="log", yscale="log", xlabel=f"{METRICS[X].label_and_unit}, geometric mean over the cases",
-        ylabel=f"{METRICS[Y].label_and_unit}, geometric mean",
-    )  # fmt: skip
+    panel.set(xlabel=METRICS[X].label_and_unit, ylabel=METRICS[Y].label_and_unit)
     marks = [*front, *([default] if default[X] is not None else [])]
     if not marks:
         panel.text(0.5, 0.5, "no gains completed every case", ha="center", transform=panel.transAxes)
         return
-    largest = [FURTHEST * max(point[key] for point in marks) for key in (X, Y)]
-    others = [point for point in table["others"] if point[X] < largest[0] and point[Y] < largest[1]]
-    panel.plot(
-        [point[X] for point in others], [point[Y] for point in others], "o", color=BEATEN, alpha=0.45, markersize=3.0,
-        markeredgewidth=0.0, label="other gains that were tried",
-    )  # fmt: skip
-    panel.plot(
-        [point[X] for point in front], [point[Y] for point in front], "o", color=FRONT, drawstyle="steps-post",
-        linestyle="-", linewidth=1.0, markersize=4.5, label="Pareto front: none is better in both",
+    largest = {key: FURTHEST * max(point[key] for point in marks) for key in (X, Y)}
+    others = [point for point in table["others"] if all(point[key] < largest[key] for key in (X, Y))]
+    for key, axis, size in ((X, panel.xaxis, length), (Y, panel.yaxis, HEIGHT)):
+        values = [point[key] for point in (*marks, *others)]
+        logarithmic(axis, 0.88 * min(values), 1.14 * max(values), size)
+    _dots(panel, others, "o", color=PALE, markersize=2.5, markeredgewidth=0.0, label="other gains")
+    _dots(
+        panel, front, "o", color=FRONT, drawstyle="steps-post", linestyle="-", linewidth=1.0, markersize=3.5,
+        label="Pareto front: none is better in both",
     )  # fmt: skip
     if default[X] is not None:
-        panel.plot(
-            default[X], default[Y], "D", color=FAILED, markersize=7.0, markerfacecolor="white", markeredgewidth=1.6,
+        look: dict[str, Any] = {"color": DEFAULT, "linewidth": 0.6, "linestyle": "--", "zorder": 1}
+        panel.axvline(default[X], **look)
+        panel.axhline(default[Y], **look)
+        _dots(
+            panel, [default], "D", color=DEFAULT, markersize=5.0, markerfacecolor="white", markeredgewidth=1.2,
             label="default gains",
         )  # fmt: skip
-        panel.axvline(default[X], color=FAILED, linewidth=0.7, alpha=0.5, zorder=0)
-        panel.axhline(default[Y], color=FAILED, linewidth=0.7, alpha=0.5, zorder=0)
     for key, marker in MARKERS.items():
         for point in _chosen(table, key):
-            figure = "error" if key == "precise" else "chattering"
-            label = f"trial {point['trial']}, {WORDS[key]}: {figure} × {point[f'{figure}_ratio']:.2g}"
-            panel.plot(
-                point[X], point[Y], marker, color=FRONT, markersize=8.0, markeredgecolor="white", linestyle="",
-                label=label,
-            )  # fmt: skip
-    panel.legend(fontsize=LABEL_SIZE, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2)
-    _ticks(panel.xaxis, panel.get_xlim())
-    _ticks(panel.yaxis, panel.get_ylim())
+            word, figure = WORDS[key]
+            label = f"trial {point['trial']}, {word}: {figure} × {point[f'{figure}_ratio']:.2g}"
+            _dots(panel, [point], marker, color=FRONT, markersize=7.0, markeredgecolor="white", label=label, zorder=4)
+
+
+def _dots(panel: Axes, points: list[Mapping[str, Any]], marker: str, **look: Any) -> None:
+    if points:
+        given = {"linestyle": "", **look}
+        panel.plot([point[X] for point in points], [point[Y] for point in points], marker=marker, **given)
+
+
+def _points(panel: Axes) -> list[Any]:
+    """Return a legend entry for what is drawn in the panel of the front."""
+    return [line for line in panel.get_lines() if not str(line.get_label()).startswith("_")]
 
 
 def _chosen(table: Mapping[str, Any], key: str) -> list[Mapping[str, Any]]:
@@ -85,42 +122,45 @@ def _chosen(table: Mapping[str, Any], key: str) -> list[Mapping[str, Any]]:
     return [point for point in table["front"] if point["trial"] == table[key] and point["trial"] != 0]
 
 
-def _ticks(axis: Axis, ends: tuple[float, float]) -> None:
-    """Label a logarithmic axis with plain numbers, and enough of them on a short one."""
-    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)) if ends[1] > 4.0 * ends[0] else MaxNLocator(5))
-    axis.set_major_formatter(lambda value, _: f"{value:g}" if value >= 1e-3 else f"{value:.2g}")
-    axis.set_minor_formatter(NullFormatter())
+def _varied(table: Mapping[str, Any]) -> list[Mapping[str, Any]]:
+    """Return the gains that have a row: those whose ratio to the default makes sense."""
+    return [each for each in table["parameters"] if each["default"] > 0.0 and each["low"] > 0.0]
 
 
-def _gains(panel: Axes, table: Mapping[str, Any]) -> None:
+def _gains(panel: Axes, table: Mapping[str, Any], length: float) -> None:
     """Draw a row for each gain, as a multiple of its default: range, middle half of the front, named trials."""
-    shown = [each for each in table["parameters"] if each["default"] > 0.0 and each["low"] > 0.0]
+    shown = _varied(table)
+    seen = [1.0]
     for row, each in enumerate(shown):
         factors = [point["values"][each["name"]] / each["default"] for point in table["front"]]
         ends = each["low"] / each["default"], each["high"] / each["default"]
-        panel.plot(ends, (row, row), color=BEATEN, alpha=0.3, linewidth=6.0, solid_capstyle="butt")
+        seen += [*ends, *factors]
+        panel.plot(ends, (row, row), color=PALE, alpha=0.6, linewidth=5.0, solid_capstyle="butt")
         if factors:
-            panel.plot(np.quantile(factors, (0.25, 0.75)), (row, row), color=FRONT, alpha=0.4, linewidth=6.0,
-                       solid_capstyle="butt")  # fmt: skip
-        for (key, marker), aside in zip(MARKERS.items(), (-0.12, 0.12), strict=True):
-            factors = [point["values"][each["name"]] / each["default"] for point in _chosen(table, key)]
-            panel.plot(
-                factors, [row + aside] * len(factors), marker, color=FRONT, markersize=6.0, markeredgecolor="white"
-            )
-    panel.axvline(1.0, color=FAILED, linewidth=1.0)
+            middle = np.quantile(factors, (0.25, 0.75))
+            panel.plot(middle, (row, row), color=FRONT, alpha=0.45, linewidth=5.0, solid_capstyle="butt")
+        for (key, marker), aside in zip(MARKERS.items(), (-0.14, 0.14), strict=True):
+            for point in _chosen(table, key):
+                factor = point["values"][each["name"]] / each["default"]
+                panel.plot(factor, row + aside, marker, color=FRONT, markersize=5.0, markeredgecolor="white", zorder=4)
+    panel.axvline(1.0, color=DEFAULT, linewidth=0.6, linestyle="--", zorder=1)
     panel.set_yticks(range(len(shown)), [each["name"].removeprefix("law.") for each in shown])
-    panel.set(xscale="log", xlabel="gain [× default]", ylim=(len(shown) - 0.4, -0.6))
-    _ticks(panel.xaxis, panel.get_xlim())
+    panel.set(xlabel="gain [× default]", ylim=(len(shown) - 0.4, -0.6))
+    logarithmic(panel.xaxis, 0.95 * min(seen), 1.05 * max(seen), length)
     panel.grid(axis="y", visible=False)
     panel.tick_params(axis="y", length=0)
 
 
-def _legend() -> list[Line2D]:
-    bars = (("searched", BEATEN, 0.3), ("middle half of the front", FRONT, 0.4))
-    return [
-        *(Line2D([], [], color=colour, alpha=alpha, linewidth=6.0, label=label) for label, colour, alpha in bars),
-        *(
-            Line2D([], [], color=FRONT, linestyle="", marker=marker, markersize=6.0, label=f"the {WORDS[key]} trial")
+def _bars(table: Mapping[str, Any]) -> list[Line2D]:
+    """Return a legend entry for what is drawn in the panel of gains."""
+    entries = []
+    if _varied(table):
+        entries.append(Line2D([], [], color=PALE, alpha=0.6, linewidth=5.0, label="range that was searched"))
+        if table["front"]:
+            entries.append(Line2D([], [], color=FRONT, alpha=0.45, linewidth=5.0, label="middle half of the front"))
+        entries += [
+            Line2D([], [], color=FRONT, linestyle="", marker=marker, markersize=5.0, label=f"the {WORDS[key][0]} trial")
             for key, marker in MARKERS.items()
-        ),
-    ]
+            if _chosen(table, key)
+        ]
+    return entries

@@ -1,0 +1,138 @@
+"""Rows of laws: a picture whose laws stand below each other, names at the left, and panels of figures beside them."""
+
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from spherical_wrist.picture_axes import text_width, wrapped
+from spherical_wrist.picture_style import FOR_ONE_COLUMN, SMALL, TEXT, LawLook, law_looks
+from spherical_wrist.plain_text import literal
+
+ROW, LINE = 0.155, 0.115
+"""Height of a row, and of each further line of its name [in]."""
+EDGE, BESIDE = 0.08, 0.06
+"""Space at the edges of the picture, and between a name and its row [in]."""
+GAP = 0.16
+"""Space between panels [in]."""
+BELOW, ABOVE = 0.36, 0.1
+"""Space of a panel's axis, and above it without its title [in]."""
+TITLE_LINE = 0.135
+SHARE = 0.42
+"""Largest share of the width that names may take."""
+
+
+class LawRows(NamedTuple):
+    """Rows of a picture.
+
+    Attributes:
+        looks: look of each law by label.
+        names: names as they are drawn, in lines, by label.
+        places: centre of each row, downwards from the top of the panels [in].
+        height: height of all rows [in].
+        width: width of the names [in].
+    """
+
+    looks: Mapping[str, LawLook]
+    names: Mapping[str, Sequence[str]]
+    places: Mapping[str, float]
+    height: float
+    width: float
+
+
+def law_rows(statuses: Mapping[str, str], width: float, *, lines: bool = False) -> LawRows:
+    """Find rows for laws, in their order.
+
+    Args:
+        statuses: status of each law, keyed by label.
+        width: width of the picture [in].
+        lines: True if their lines have to be told apart.
+    """
+    room = SHARE * width
+    looks = law_looks(statuses, lines=lines)
+    names = {label: wrapped(label, SMALL, room, bold=looks[label].accented) for label in statuses}
+    places, top = {}, 0.0
+    for label, name in names.items():
+        height = ROW + LINE * (len(name) - 1)
+        places[label], top = top + 0.5 * height, top + height
+    return LawRows(looks, names, places, top, max((_width(names[label], looks[label]) for label in names), default=0.0))
+
+
+def _width(name: Sequence[str], look: LawLook) -> float:
+    return max(text_width(line, SMALL, bold=look.accented) for line in name)
+
+
+def row_panels(
+    drawing: Figure, rows: LawRows, titles: Sequence[str], top: float, columns: int, shares: Sequence[float] = ()
+) -> list[Axes]:
+    """Add panels that share the rows, side by side, and below each other where there are more than columns.
+
+    Args:
+        drawing: the picture.
+        rows: its rows.
+        titles: title of each panel; broken into lines where it is too long.
+        top: distance of the first titles from the top of the picture [in].
+        columns: number of panels side by side.
+        shares: relative widths of the columns; equal if there are none.
+    """
+    width, height = drawing.get_size_inches()
+    left = EDGE + rows.width + BESIDE
+    shares = shares or [1.0] * columns
+    unit = (width - left - 2.0 * EDGE - GAP * (columns - 1)) / sum(shares)
+    panels = []
+    for first in range(0, len(titles), columns):
+        group = titles[first : first + columns]
+        lines = [wrapped(title, TEXT, share * unit + 0.5 * GAP) for title, share in zip(group, shares, strict=False)]
+        top += ABOVE + TITLE_LINE * max(map(len, lines)) + rows.height
+        at = left
+        for place, (words, share) in enumerate(zip(lines, shares, strict=False)):
+            panel = drawing.add_axes((at / width, 1.0 - top / height, share * unit / width, rows.height / height))
+            at += share * unit + GAP
+            panel.set_title("\n".join(map(literal, words)), pad=4.0, fontsize=TEXT)
+            _prepare(panel, rows, named=place == 0)
+            panels.append(panel)
+        top += BELOW
+    return panels
+
+
+def rows_height(rows: LawRows, titles: Sequence[str], width: float, columns: int) -> float:
+    """Return the height of all panels of :func:`row_panels`, with titles and axes [in]."""
+    unit = panel_width(rows, width, columns)
+    height = 0.0
+    for first in range(0, len(titles), columns):
+        lines = max(len(wrapped(title, TEXT, unit + 0.5 * GAP)) for title in titles[first : first + columns])
+        height += ABOVE + TITLE_LINE * lines + rows.height + BELOW
+    return height
+
+
+def panel_width(rows: LawRows, width: float, columns: int) -> float:
+    """Return the width of equal panels side by side [in]."""
+    return (width - rows.width - BESIDE - 3.0 * EDGE - GAP * (columns - 1)) / columns
+
+
+def columns_that_fit(rows: LawRows, width: float, least: float, most: int) -> int:
+    """Return the number of panels side by side that are at least so wide [in]; 1 or more."""
+    return next((count for count in range(most, 1, -1) if panel_width(rows, width, count) >= least), 1)
+
+
+def _prepare(panel: Axes, rows: LawRows, *, named: bool) -> None:
+    panel.set_ylim(rows.height, 0.0)
+    names = ["\n".join(map(literal, name)) for name in rows.names.values()]
+    panel.set_yticks(list(rows.places.values()), names if named else [""] * len(names), linespacing=1.05)
+    panel.tick_params(axis="y", length=0, pad=72.0 * BESIDE)
+    panel.grid(axis="y", visible=False)
+    panel.spines["left"].set_visible(False)
+    for (label, place), text in zip(rows.places.items(), panel.get_yticklabels(), strict=True):
+        look = rows.looks[label]
+        if look.named:
+            text.set_color(look.colour)
+        if look.accented:
+            text.set_fontweight("bold")
+            half = 0.5 * (ROW + LINE * (len(rows.names[label]) - 1))
+            panel.axhspan(place - half, place + half, color=look.colour, alpha=0.08, linewidth=0.0, zorder=0)
+
+
+def one_column(width: float) -> bool:
+    """Return True if panels have to stand below each other at this width [in]."""
+    return width < FOR_ONE_COLUMN
