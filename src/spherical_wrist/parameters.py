@@ -5,10 +5,10 @@ and its parameters as annotated fields, is written in a file of its own and join
 """
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, Self
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_serializer
 from pydantic_core import ErrorDetails
@@ -16,6 +16,9 @@ from pydantic_core import ErrorDetails
 from spherical_wrist.consent import code_is_withheld, is_code
 from spherical_wrist.errors import ParameterError, UnknownNameError, WristError, as_exception, one_line
 from spherical_wrist.user_file import member_from_file
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
 
 
 def _per_axis(value: Any) -> Any:
@@ -30,9 +33,25 @@ def _per_axis(value: Any) -> Any:
 
 Positive = Annotated[float, Field(gt=0)]
 NonNegative = Annotated[float, Field(ge=0)]
-Vector = Annotated[tuple[float, float, float], BeforeValidator(_per_axis)]
-PositiveVector = Annotated[tuple[Positive, Positive, Positive], BeforeValidator(_per_axis)]
-NonNegativeVector = Annotated[tuple[NonNegative, NonNegative, NonNegative], BeforeValidator(_per_axis)]
+Components = Annotated[tuple[float, float, float], BeforeValidator(_per_axis)]
+"""A vector within another value; a field of its own is a ``Vector``."""
+
+if TYPE_CHECKING:
+
+    class _PerAxis:
+        """Vector of a field for type checkers: one number or three are given, three are read."""
+
+        def __get__(self, instance: object, owner: Any, /) -> tuple[float, float, float]: ...
+
+        def __set__(self, instance: object, value: float | Sequence[float] | npt.NDArray[Any], /) -> None: ...
+
+    Vector = _PerAxis
+    PositiveVector = _PerAxis
+    NonNegativeVector = _PerAxis
+else:
+    Vector = Components
+    PositiveVector = Annotated[tuple[Positive, Positive, Positive], BeforeValidator(_per_axis)]
+    NonNegativeVector = Annotated[tuple[NonNegative, NonNegative, NonNegative], BeforeValidator(_per_axis)]
 
 
 def quantity(

@@ -11,7 +11,7 @@ from pydantic import AfterValidator, Field
 from spherical_wrist.disturbance import Disturbance
 from spherical_wrist.errors import UnknownNameError
 from spherical_wrist.experiment.description import Experiment
-from spherical_wrist.parameters import NonNegative, Parameters, Positive, Vector, quantity
+from spherical_wrist.parameters import Components, NonNegative, Parameters, Positive, quantity
 
 
 def _ascending(given: tuple[float, float]) -> tuple[float, float]:
@@ -52,7 +52,7 @@ class WristGrid(WristFamily):
     """
 
     mass_scale: Annotated[tuple[Positive, ...], Some] = quantity((0.75, 1.0, 1.25), "", "scales of mass and inertia")
-    com_shift: Annotated[tuple[Vector, ...], Some] = quantity(
+    com_shift: Annotated[tuple[Components, ...], Some] = quantity(
         ((0.0, 0.0, 0.0), (0.002, 0.0, 0.0)), "m", "shifts of the centres of mass"
     )
     payload: Annotated[tuple[NonNegative, ...], Some] = quantity((0.0,), "kg", "point masses at the tool tip")

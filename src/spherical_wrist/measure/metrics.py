@@ -427,8 +427,11 @@ class Metrics(Mapping[str, float | None]):
             raise KeyError(name)
         return self._values.get(name)
 
-    def __getattr__(self, name: str) -> float | None:
-        """Return the value of a metric as an attribute."""
+    def __getattr__(self, name: str) -> float | Any:
+        """Return the value of a metric as an attribute; None where the run has none.
+
+        For type checkers it is a number, so that a bound can be checked without a question for None each time.
+        """
         if name not in METRICS:
             raise AttributeError(f"there is no metric {name!r}")
         return self._values.get(name)
