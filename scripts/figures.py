@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Compute every figure and picture of the README and the guides, and write them there.
 
-usage: scripts/figures.py [runs] [suite] [speed] [pictures] [--check]
+usage: scripts/figures.py [runs] [suite] [speed] [pictures] [PICTURE.png ...] [--check]
 
 Without names, all parts are computed anew; with names, these alone, and the others stay as they were. What was computed
 is kept in .assets/figures.json. A text has its figures between two comments, `<!-- figures: NAME -->` and
@@ -12,13 +12,15 @@ is 1 if a text is not that of the file.
 import json
 import os
 import re
+import shlex
+import shutil
 import subprocess
 import sys
 import tempfile
 from collections.abc import Callable, Iterator
 from decimal import Decimal
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 ROOT = Path(__file__).resolve().parents[1]
 KEPT = ROOT / ".assets" / "figures.json"
@@ -26,6 +28,9 @@ TEXTS = [ROOT / "README.md", *sorted((ROOT / "src" / "spherical_wrist" / "guides
 BLOCK = re.compile(r"(<!-- figures: (\w+) -->\n).*?(<!-- end of figures -->\n)", re.DOTALL)
 WRIST = str(Path(sys.executable).with_name("wrist"))
 Figures = dict[str, Any]
+
+SUITE_PICTURE = "comparison.png"
+"""Picture that the suite makes, with its figures."""
 
 CONDITIONS: dict[str, Figures] = {
     "ideal": {},
@@ -103,21 +108,118 @@ def compute_suite() -> Figures:
     """The default comparison, and its picture."""
     with tempfile.TemporaryDirectory() as folder:
         subprocess.run([WRIST, "compare", "-o", folder], stdout=subprocess.DEVNULL, check=True)
-        (KEPT.parent / "comparison.png").write_bytes((Path(folder) / "comparison.png").read_bytes())
+        keep_picture(Path(folder) / "comparison.png", SUITE_PICTURE)
         comparison: Figures = json.loads((Path(folder) / "comparison.json").read_text(encoding="utf-8"))
     return comparison
 
 
-def make_pictures() -> Figures:
-    """The film and the viewer's picture. They have no figures."""
+class Picture(NamedTuple):
+    """Picture of the gallery.
+
+    Attributes:
+        name: its file in .assets.
+        commands: what makes it, in an empty folder.
+        made: the file that they leave.
+        caption: what is to be seen, one sentence.
+        guide: guide that it opens.
+    """
+
+    name: str
+    commands: tuple[str, ...]
+    made: str
+    caption: str
+    guide: str
+
+
+SOME_LAWS = "--law slotine_li --law lqg --law fuzzy_integral_sliding --law fuzzy_observer_sliding"
+GALLERY = (
+    Picture(
+        "wrist.gif",
+        ("wrist run -o run.rrd", "wrist render run.rrd -o run.gif --from 2 --to 4 --size 320x240"),
+        "run.gif",
+        "A film by MuJoCo: the wrist, its desired attitude and the trail of the tip.",
+        "wrist",
+    ),
+    Picture(
+        "viewer.png",
+        ("wrist run -o run.rrd", "wrist view run.rrd --screenshot view.png --at 4"),
+        "view.png",
+        "A recording in the Rerun viewer, photographed without a display.",
+        "recordings",
+    ),
+    Picture(
+        "sheet.png",
+        ("wrist run -o run.rrd", "wrist inspect run.rrd --plot sheet.png"),
+        "sheet.png",
+        "The inspection sheet of a run.",
+        "validation",
+    ),
+    Picture(
+        "comparison.png",
+        ("wrist compare -o compared",),
+        "compared/comparison.png",
+        "Every law on every case of the suite: error and chattering.",
+        "comparing",
+    ),
+    Picture(
+        "frontier.png",
+        (f"wrist frontier {SOME_LAWS} -o found",),
+        "found/frontier.png",
+        "How far each axis may go until the bound is missed.",
+        "hardware",
+    ),
+    Picture(
+        "margins.png",
+        (f"wrist margins {SOME_LAWS} --no-ranges -o stable",),
+        "stable/margins.png",
+        "Sensitivity of the loop, and the response of the tip to a disturbance, over frequency.",
+        "conventions",
+    ),
+    Picture(
+        "tuning.png",
+        ("wrist tune slotine_li -o tuned --trials 40 --duration 2",),
+        "tuned/front.png",
+        "The trials of a search for gains, and the Pareto front.",
+        "law",
+    ),
+    Picture(
+        "paper.png",
+        ("wrist paper -o paper",),
+        "paper/figure-2.png",
+        "A figure of the source paper, from runs.",
+        "paper",
+    ),
+)
+"""Pictures of README and documentation, each with the commands that make it."""
+
+
+def make_picture(picture: Picture) -> None:
+    """Run its commands in a folder of their own, and keep the file that they leave."""
     with tempfile.TemporaryDirectory() as folder:
-        run = str(Path(folder) / "run.rrd")
-        subprocess.run([WRIST, "run", "-o", run], stdout=subprocess.DEVNULL, check=True)
-        for command in (
-            ["render", run, "-o", str(KEPT.parent / "wrist.gif"), "--from", "2", "--to", "4", "--size", "320x240"],
-            ["view", run, "--screenshot", str(KEPT.parent / "viewer.png"), "--at", "4"],
-        ):
-            subprocess.run([WRIST, *command], stdout=subprocess.DEVNULL, check=True)
+        for command in picture.commands:
+            program = [WRIST, *shlex.split(command)[1:]]
+            subprocess.run(program, cwd=folder, stdout=subprocess.DEVNULL, check=True)
+        keep_picture(Path(folder) / picture.made, picture.name)
+
+
+def keep_picture(made: Path, name: str) -> None:
+    """Keep a picture in .assets; a still as wide as a page shows it, in a palette, which is a tenth of the size."""
+    from PIL import Image
+
+    if made.suffix != ".png":
+        shutil.copy(made, KEPT.parent / name)
+        return
+    with Image.open(made) as image:
+        image = image.convert("RGB")
+        image.thumbnail((1600, 3200))
+        image.quantize(256, dither=Image.Dither.NONE).save(KEPT.parent / name, optimize=True)
+
+
+def make_pictures() -> Figures:
+    """All pictures but that of the suite. They have no figures."""
+    for picture in GALLERY:
+        if picture.name != SUITE_PICTURE:
+            make_picture(picture)
     return {}
 
 
@@ -281,12 +383,16 @@ def main(arguments: list[str]) -> int:
         if found:
             print(f"not the figures of {KEPT.relative_to(ROOT)}: {', '.join(found)}; scripts/figures.py writes them")
         return int(bool(found))
-    unknown = [name for name in arguments if name not in PARTS]
+    pictures = {picture.name: picture for picture in GALLERY}
+    unknown = [name for name in arguments if name not in PARTS and name not in pictures]
     if unknown:
-        print(f"no part {', '.join(unknown)}: choose from {', '.join(PARTS)}, or --check", file=sys.stderr)
+        valid = ", ".join((*PARTS, *pictures))
+        print(f"no part {', '.join(unknown)}: choose from {valid}, or --check", file=sys.stderr)
         return 2
     for name in arguments or PARTS:
-        if made := PARTS[name]():
+        if name in pictures:
+            make_picture(pictures[name])
+        elif made := PARTS[name]():
             figures[name] = made
     KEPT.write_text(json.dumps(figures, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
     for path in stale(figures):
