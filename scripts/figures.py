@@ -210,9 +210,9 @@ def keep_picture(made: Path, name: str) -> None:
         shutil.copy(made, KEPT.parent / name)
         return
     with Image.open(made) as image:
-        image = image.convert("RGB")
-        image.thumbnail((1600, 3200))
-        image.quantize(256, dither=Image.Dither.NONE).save(KEPT.parent / name, optimize=True)
+        still = image.convert("RGB")
+        still.thumbnail((1600, 3200))
+        still.quantize(256, dither=Image.Dither.NONE).save(KEPT.parent / name, optimize=True)
 
 
 def make_pictures() -> Figures:
