@@ -67,7 +67,7 @@ def site(tmp_path_factory):
         runpy.run_path(str(SOURCES / "pages.py"), run_name="__main__")
     sphinx = [sys.executable, "-m", "sphinx", "-W", "--keep-going", "-q", "-b", "html", "-c", SOURCES, pages, out]
     built = subprocess.run(sphinx, capture_output=True, text=True, check=False)
-    assert (built.returncode, built.stderr) == (0, "")
+    assert (built.returncode, built.stderr) == (0, ""), built.stderr
     return {str(path.relative_to(out)): Page(path) for path in out.rglob("*.html")}, out
 
 

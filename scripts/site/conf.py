@@ -37,8 +37,11 @@ nitpick_ignore_regex = [
     ),
     (r"py:class", r"NDArray|void|u?(float|int|complex)\d+"),
     (r"py:exc", r"CancelledError|ResetNeeded"),
-    (r"py:class", r"spherical_wrist\..*\.(Item|Made|Result|Task|Value)"),
-    (r"py:class", r"PPoly|CubicSpline|ViewerClient|tuple\[float"),  # written as text, because importing them takes time
+    (r"py:class", r"spherical_wrist\..*\.(Item|Made|Result|Shown|Task|Value)"),
+    (
+        r"py:class",
+        r"Figure|Path|PathLike|PPoly|CubicSpline|ViewerClient|tuple\[float",
+    ),  # written as text, because importing them takes time
 ]
 
 html_theme = "furo"

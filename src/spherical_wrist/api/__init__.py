@@ -1,6 +1,6 @@
 """Python as people use it: the functions of ``import spherical_wrist as sw``, and the views of their results.
 
-:func:`~spherical_wrist.api.functions.simulate`, ``compare``, ``frontier``, ``margins`` and ``sweep`` are called alike::
+:func:`~spherical_wrist.api.simulate.simulate`, ``compare``, ``frontier``, ``margins`` and ``sweep`` are called alike::
 
     sw.simulate("pd", disturbance=0.25, duration=4)
     sw.compare(["pd", MyLaw(), "my_law.py:Spring"], cases="default", hardware="realistic")

@@ -19,7 +19,7 @@ from spherical_wrist.errors import ParameterError
 
 if TYPE_CHECKING:
     from spherical_wrist.inspection.difference import ArrayDifference, Difference
-    from spherical_wrist.inspection.run_difference import Figure, RunDifference
+    from spherical_wrist.inspection.run_difference import MetricPair, RunDifference
     from spherical_wrist.simulation.run import Run
 
 DIFFERENT = 1
@@ -121,7 +121,7 @@ def _columns(console: Console, title: str, headings: list[str], rows: list[list[
     console.print(table)
 
 
-def _metric(name: str, figure: Figure) -> list[Entry]:
+def _metric(name: str, figure: MetricPair) -> list[Entry]:
     from spherical_wrist.cli.output import metric_figure
     from spherical_wrist.measure.metrics import METRICS
 

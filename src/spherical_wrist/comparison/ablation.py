@@ -24,7 +24,7 @@ STEP, MOST = 0.25e-3, 4e-3
 """Unknown delays that are tried [s]: multiples of the step, up to the largest."""
 
 
-class Figure(NamedTuple):
+class FigureOfMerit(NamedTuple):
     """Figure of merit of an ablation; less is better unless ``more`` is set.
 
     Attributes:
@@ -99,13 +99,13 @@ def _delay(mass: float) -> Callable[[Law, Worker], float | None]:
 
 
 FIGURES = (
-    Figure("realistic_tip_um", "tip,\nreal", "µm", _realistic),
-    Figure("realistic_chattering", "chatter,\nreal", "×", _chattering),
-    Figure("slow_error_rad", "slow\ntorque", "rad", _slow),
-    Figure("worst_tip_um", "worst\ntorque", "µm", _peak("worst")),
-    Figure("square_tip_um", "square\nwave", "µm", _peak("square")),
-    Figure("light_delay_ms", "delay,\nm × 0.5", "ms", _delay(0.5), more=True),
-    Figure("right_delay_ms", "delay,\nm × 1", "ms", _delay(1.0), more=True),
+    FigureOfMerit("realistic_tip_um", "tip,\nreal", "µm", _realistic),
+    FigureOfMerit("realistic_chattering", "chatter,\nreal", "×", _chattering),
+    FigureOfMerit("slow_error_rad", "slow\ntorque", "rad", _slow),
+    FigureOfMerit("worst_tip_um", "worst\ntorque", "µm", _peak("worst")),
+    FigureOfMerit("square_tip_um", "square\nwave", "µm", _peak("square")),
+    FigureOfMerit("light_delay_ms", "delay,\nm × 0.5", "ms", _delay(0.5), more=True),
+    FigureOfMerit("right_delay_ms", "delay,\nm × 1", "ms", _delay(1.0), more=True),
 )
 """Figures of an ablation.
 

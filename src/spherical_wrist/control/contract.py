@@ -65,8 +65,8 @@ USUAL_PERIOD = 1e-3
 """Control period [s] for which a law is packed unless another is given."""
 
 
-# origin of a law: a simple baseline, the source paper, a strong law of the literature, this project, or a user
 LawStatus = Literal["baseline", "paper", "rival", "ours", "user"]
+"""Origin of a law: a simple baseline, the source paper, a strong law of the literature, this project, or a user."""
 
 
 class Bound(NamedTuple):

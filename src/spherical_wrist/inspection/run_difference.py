@@ -11,7 +11,7 @@ from spherical_wrist.measure.metrics import METRICS
 from spherical_wrist.simulation.run import Run
 
 
-class Figure(NamedTuple):
+class MetricPair(NamedTuple):
     """A metric of two runs.
 
     Attributes:
@@ -46,7 +46,7 @@ class RunDifference:
     settings: tuple[Setting, ...]
     versions: dict[str, tuple[str | None, str | None]]
     outcomes: tuple[Outcome, Outcome]
-    metrics: dict[str, Figure]
+    metrics: dict[str, MetricPair]
     every: tuple[int, int]
     series: Difference
 
@@ -78,7 +78,7 @@ def run_difference(a: Run, b: Run, tolerance: float = 0.0) -> RunDifference:
         settings=(*differing_settings(a.description, b.description), *_differing_files(a, b)),
         versions={name: pair for name, pair in versions.items() if pair[0] != pair[1]},
         outcomes=(a.outcome, b.outcome),
-        metrics={name: Figure(a.metrics[name], b.metrics[name]) for name in METRICS},
+        metrics={name: MetricPair(a.metrics[name], b.metrics[name]) for name in METRICS},
         every=(a.every, b.every),
         series=difference(a, b, tolerance),
     )
