@@ -29,6 +29,7 @@ from spherical_wrist.cli import main
 from spherical_wrist.cli.compare import print_comparison
 from spherical_wrist.comparison import DEFAULT, Case, Cell, Comparison, compare, laws_from_texts, registered
 from spherical_wrist.comparison.cases import FAULTY, IDEAL, group_of, read_cases, select
+from spherical_wrist.comparison.law_selection import law_from_text, law_option, law_text, law_value, named_laws
 from spherical_wrist.comparison.picture import pareto_picture, spread_apart
 from spherical_wrist.comparison.ranking import geometric_mean, pareto_front, ranks, ratios
 from spherical_wrist.comparison.report import pareto_laws, to_dict
@@ -291,7 +292,35 @@ def test_laws_with_parameters_from_files_and_from_experiments(tmp_path, monkeypa
 def test_the_law_of_the_experiment_joins_where_it_is_another():
     assert laws_from_texts([], {"law": "pd"}, {}) == registered()
     laws = laws_from_texts([], {"law": {"name": "pd", "P": 0.3}}, {})
-    assert laws == {**registered(), "pd of the experiment": PD(P=0.3)}
+    assert laws == {**registered(), "pd P=0.3": PD(P=0.3)}
+
+
+def test_a_law_with_a_name_of_its_own_can_be_typed_back(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("spring.py").write_text(LAW)
+    laws = laws_from_texts(
+        ["mine = spring.py:Spring stiffness=0.3", "stiff=pd P=[1, 2, 3]", "pd", "./a=b/../spring.py:Spring"], {}, {}
+    )
+    assert list(laws) == ["mine", "stiff", "pd", "./a=b/../spring.py:Spring"]
+    assert (laws["mine"].stiffness, laws["mine"].status, laws["stiff"]) == (0.3, "user", PD(P=(1, 2, 3)))
+    options = {label: law_option(label, law) for label, law in laws.items()}
+    assert options["stiff"] == "stiff=pd P=[1,2,3]"
+    assert laws_from_texts(options.values(), {}, {}) == laws
+    rows = [{"law": label, "option": option} for label, option in options.items()]
+    assert named_laws(rows) == [options["mine"], options["stiff"]]
+
+
+@pytest.mark.parametrize("name", sorted(Law.members))
+def test_the_text_of_a_law_makes_it_again(name):
+    law = registered()[name]
+    assert law_text(law) == name
+    for field in type(law).model_fields:
+        value = getattr(law, field)
+        if isinstance(value, float) and value:
+            law = law.replaced(**{field: 0.99 * value})
+    assert law_from_text(law_text(law)) == law
+    assert law_from_text(f"mine={law_text(law)}") == law
+    assert Experiment(law=law_value(f"mine={law_text(law)}")).law == law
 
 
 def test_settings_of_the_law_go_into_every_law():
@@ -311,6 +340,11 @@ def test_settings_of_the_law_go_into_every_law():
         (["none.toml"], {}, "cannot be read"),
         (["empty.toml"], {}, "says nothing about the law"),
         (["pd", "pd"], {}, "given twice"),
+        (["mine=pd", "mine=slotine_li"], {}, "'mine' is given twice"),
+        (["pd=slotine_li"], {}, "pd is the name of another law"),
+        (["mine="], {}, "mine=path/to/file.py:Law"),
+        (["=pd"], {}, "mine=path/to/file.py:Law"),
+        (["mine=computed_tork"], {}, "did you mean 'computed_torque'"),
         (["pd"], {"law.Kp": 1}, "law pd: unknown parameter 'Kp'"),
         (["pd"], {"law": "pd"}, "--law"),
         (["pd"], {"law.name": "pd"}, "--law"),
@@ -654,7 +688,7 @@ def test_a_suite_and_an_experiment_from_files(wrist):
     given = json.loads(out)
     assert code == 0
     assert given["suite"] == "cases.toml"
-    assert {law["law"] for law in given["laws"]} == {*Law.members, "pd of the experiment"}
+    assert {law["law"] for law in given["laws"]} == {*Law.members, "pd P=0.3"}
     for cell in given["cells"]:
         assert "--payload 0.02" in cell["command"]
         assert ("--mass-scale 0.5" in cell["command"]) == (cell["case"] == "light")

@@ -6,11 +6,11 @@ from os import PathLike
 from pathlib import Path
 from typing import Any
 
-from spherical_wrist.comparison.law_selection import Laws, laws_from_texts
+from spherical_wrist.comparison.law_selection import Laws, law_text, laws_from_texts
 from spherical_wrist.control import Law
 from spherical_wrist.errors import ParameterError
 from spherical_wrist.experiment.command import law_address
-from spherical_wrist.experiment.description import Experiment, read_toml, toml, with_changes
+from spherical_wrist.experiment.description import Experiment, read_toml, with_changes
 from spherical_wrist.experiment.presets import with_hardware
 from spherical_wrist.experiment.values import LawGiven, Table
 
@@ -65,19 +65,7 @@ def _labelled(given: Any) -> Laws:
     if isinstance(given, str):
         return laws_from_texts([given], {}, {})
     law: Law = Law.resolve(given, default="")
-    try:
-        usual = dict(type(law)())
-    except ParameterError:  # a law with a parameter that must be given
-        usual = {}
-    differing = {name for name, value in law if name not in usual or value != usual[name]}
-    plain = law.model_dump(mode="json", include=differing)
-    return {" ".join([law.name, *(f"{name}={_short(plain[name])}" for name in plain if name != "name")]): law}
-
-
-def _short(value: Any) -> str:
-    """Write a value as --set reads it; three equal numbers as one."""
-    equal = isinstance(value, list) and len(value) == 3 and value[0] == value[1] == value[2]
-    return value if isinstance(value, str) else toml(value[0] if equal else value)
+    return {law_text(law, law.name) or law.name: law}
 
 
 def _not_empty(laws: Laws) -> Laws:

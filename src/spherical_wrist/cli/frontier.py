@@ -115,6 +115,7 @@ def command(
 
 def _print(table: dict[str, Any], axes: Sequence[Axis], files: ResultFiles) -> None:
     from spherical_wrist.comparison.bounds import statement
+    from spherical_wrist.comparison.law_selection import named_laws
 
     console = printer()
     marks = _marks(table["bounds"])
@@ -128,6 +129,8 @@ def _print(table: dict[str, Any], axes: Sequence[Axis], files: ResultFiles) -> N
         console.print(Text(f"{axis.name}: {axis.meaning}", "dim"))
     bounds = [f"{marks[name] or 'no mark'}: {statement(name, bound)}" for name, bound in table["bounds"].items()]
     console.print(Text(f"missed: {'; '.join(bounds)}; {LOST}: the run did not complete", "dim"))
+    for note in named_laws(table["laws"]):
+        console.print(Text(note, "dim"), soft_wrap=True)
     console.print(Text("nominal: missed already there; > or <: never missed up to there", "dim"))
     files.say(", ".join(table["files"]))
 

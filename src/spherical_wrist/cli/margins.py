@@ -103,7 +103,8 @@ def _print(table: dict[str, Any], files: ResultFiles) -> None:
     found, ranges = margins_table(table), ranges_table(table)
     if found.rows:
         console.print(shown(found, console.width))
-        console.print(Text(" ".join(found.notes), "dim"))
+        for note in found.notes:
+            console.print(Text(note, "dim"), soft_wrap=True)
     if ranges is not None:
         console.print()
         console.print(shown(ranges, console.width))

@@ -27,7 +27,8 @@ Laws = Annotated[
     Option(
         "--law",
         metavar="LAW",
-        help="'NAME', 'NAME PARAMETER=VALUE ...', path/to/file.py:Name, or an experiment file; may be repeated [all]",
+        help="'NAME', 'NAME PARAMETER=VALUE ...', path/to/file.py:Name, or an experiment file; with a name of its own: "
+        "'mine=my.py:Law'; may be repeated [all]",
         autocompletion=completion.laws,
     ),
 ]
@@ -108,6 +109,10 @@ def with_options(command: Command) -> Command:
     @wraps(command)
     def called(**values: Any) -> Any:
         given = {option.parameter: values.pop(option.name) for option in chosen}
+        if given.get("law") is not None:
+            from spherical_wrist.comparison.law_selection import law_value
+
+            given["law"] = law_value(given["law"])
         return command(**values, changes={name: value for name, value in given.items() if value is not None})
 
     arguments = list(signature(command, eval_str=True).parameters.values())

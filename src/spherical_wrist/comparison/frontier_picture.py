@@ -83,7 +83,7 @@ def _mark(edge: Mapping[str, Any], bounds: Mapping[str, float]) -> Mark:
     if edge["by"] == OUTCOME:
         return Mark("X", True, "run lost")
     place = list(bounds).index(edge["by"])
-    return Mark(OF_BOUNDS[place % len(OF_BOUNDS)], True, statement(edge["by"], bounds[edge["by"]]))
+    return Mark(OF_BOUNDS[place % len(OF_BOUNDS)], True, "misses " + statement(edge["by"], bounds[edge["by"]]))
 
 
 def _legend(table: Mapping[str, Any], axes: Sequence[Axis]) -> list[Line2D]:

@@ -8,12 +8,12 @@ The keys of the JSON object are stable:
 ``axes``         ``axis`` (name), ``meaning``, ``parameter``, ``unit``, ``base`` (value of the nominal wrist, where the
                  search starts), ``first`` (first deviation tested), ``limit`` (last value), ``growth`` (ratio of the
                  deviations tested before the bisection), ``shown_factor`` and ``shown_unit`` (for display)
-``laws``         best first: ``law`` (label), ``name``, ``status``, ``parameters``, and by axis ``edges``:
-                 ``found`` (``crossing``, ``never within the limit``, ``misses already at the nominal``), ``holds`` and
-                 ``misses`` (values of the parameter, null where there is none), ``by`` (metric that exceeds its bound
-                 there the most, ``outcome`` for a run that did not complete, null where none missed), ``reason`` (the
-                 same in words), ``tested`` (how many runs), ``command`` (replays the first miss, or the run at the
-                 limit)
+``laws``         best first: ``law`` (label), ``name``, ``status``, ``option`` (value of ``--law`` that makes it again),
+                 ``parameters``, and by axis ``edges``: ``found`` (``crossing``, ``never within the limit``, ``misses
+                 already at the nominal``), ``holds`` and ``misses`` (values of the parameter, null where there is
+                 none), ``by`` (metric that exceeds its bound there the most, ``outcome`` for a run that did not
+                 complete, null where none missed), ``reason`` (the same in words), ``tested`` (how many runs),
+                 ``command`` (replays the first miss, or the run at the limit)
 ``versions``     of the packages and the platform
 ``files``        names of the files written
 ``wall_time_s``  time that all runs took
@@ -26,7 +26,7 @@ from typing import Any
 from spherical_wrist.comparison.bounds import Bounds
 from spherical_wrist.comparison.crossing import CrossingStatus
 from spherical_wrist.comparison.frontier import Edge
-from spherical_wrist.comparison.law_selection import Laws
+from spherical_wrist.comparison.law_selection import Laws, law_option
 from spherical_wrist.comparison.ranking import ranks
 from spherical_wrist.errors import ParameterError
 from spherical_wrist.experiment.axes import Axis
@@ -65,6 +65,7 @@ def to_dict(
                 "law": law,
                 "name": laws[law].name,
                 "status": laws[law].status,
+                "option": law_option(law, laws[law]),
                 "parameters": {
                     name: value for name, value in laws[law].model_dump(mode="json").items() if name != "name"
                 },

@@ -5,6 +5,7 @@ from typing import Any
 
 from spherical_wrist.comparison.bounds import statement
 from spherical_wrist.comparison.crossing import CrossingStatus
+from spherical_wrist.comparison.law_selection import named_laws
 from spherical_wrist.experiment.axes import Axis
 from spherical_wrist.picture_style import own_laws
 from spherical_wrist.result_table import Cell, Column, ResultTable, short
@@ -32,7 +33,7 @@ def frontier_table(table: Mapping[str, Any], axes: Sequence[Axis]) -> ResultTabl
             for column, value in enumerate(values)
             if value == furthest[column] >= 0.0
         ),
-        ["nominal: the nominal wrist misses already; > or <: no miss up to there."],
+        ["nominal: the nominal wrist misses already; > or <: no miss up to there.", *named_laws(laws)],
         frozenset(place for place, law in enumerate(laws) if law["law"] in own),
     )
 

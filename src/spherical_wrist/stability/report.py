@@ -6,15 +6,16 @@ The keys of the JSON object are stable:
 ``disturbance``       ``level`` (a fraction, null for an absolute size) and ``size_Nm``, its bound on every axis
 ``attitude``          quaternion (w, x, y, z) about which the loops are linearised
 ``control_period_s``  control period
-``laws``              in their order: ``law`` (label), ``name``, ``status``, ``parameters``, ``stable``, ``reason``
-                      (null, or why there is no linear loop: then all figures are null), ``max_sensitivity``,
-                      ``gain_margin_db``, ``gain_reduction_margin_db``, ``phase_margin_deg``, ``delay_margin_s``,
-                      ``disk_margin`` (of the loop that is cut at the plant's input; null for a margin that has no end),
-                      ``bandwidth_hz``, ``worst_tip_error_mm``, ``cuts`` (by place: the same margins, and of the
-                      ``axes``), ``ranges`` (null for a range that goes up to the limit of the search), ``response``
-                      (``frequency_hz``, ``sensitivity``, ``complementary``, ``tip_mm_per_Nm``: largest singular
-                      values), ``worst`` (``gain_mm_per_Nm``, ``direction`` in the world, ``levels`` of −1, 0 or 1 by
-                      control period, the last one first), ``command`` (runs the worst disturbance)
+``laws``              in their order: ``law`` (label), ``name``, ``status``, ``option`` (value of ``--law`` that makes
+                      it again), ``parameters``, ``stable``, ``reason`` (null, or why there is no linear loop: then all
+                      figures are null), ``max_sensitivity``, ``gain_margin_db``, ``gain_reduction_margin_db``,
+                      ``phase_margin_deg``, ``delay_margin_s``, ``disk_margin`` (of the loop that is cut at the plant's
+                      input; null for a margin that has no end), ``bandwidth_hz``, ``worst_tip_error_mm``, ``cuts`` (by
+                      place: the same margins, and of the ``axes``), ``ranges`` (null for a range that goes up to the
+                      limit of the search), ``response`` (``frequency_hz``, ``sensitivity``, ``complementary``,
+                      ``tip_mm_per_Nm``: largest singular values), ``worst`` (``gain_mm_per_Nm``, ``direction`` in the
+                      world, ``levels`` of −1, 0 or 1 by control period, the last one first), ``command`` (runs the
+                      worst disturbance)
 ``versions``          of the packages and the platform
 ``files``             names of the files written
 ``wall_time_s``       time that all took
@@ -26,6 +27,7 @@ from typing import Any
 
 import numpy as np
 
+from spherical_wrist.comparison.law_selection import law_option
 from spherical_wrist.errors import ParameterError
 from spherical_wrist.experiment.command import command_of
 from spherical_wrist.experiment.description import Experiment
@@ -66,6 +68,7 @@ def _law(found: LawMargins) -> dict[str, Any]:
         "law": found.law,
         "name": law.name,
         "status": law.status,
+        "option": law_option(found.law, law),
         "parameters": {name: value for name, value in law.model_dump(mode="json").items() if name != "name"},
         "stable": linear is not None,
         "reason": found.reason or None,

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
+from spherical_wrist.comparison.law_selection import named_laws
 from spherical_wrist.picture_style import own_laws
 from spherical_wrist.result_table import Column, ResultTable, short
 from spherical_wrist.stability.stable_range import DEVIATIONS
@@ -35,7 +36,7 @@ def margins_table(table: Mapping[str, Any]) -> ResultTable:
         f"margins at the plant's input; torques within {bound} per axis",
         [Column("law", text=True), *(column for column, *_ in COLUMNS)],
         [[law["law"], *(_scaled(law[key], factor) for _, key, factor in COLUMNS)] for law in laws],
-        notes=["Worst tip: from where the tip rests without the disturbance. A dash: no end."],
+        notes=["Worst tip: from where the tip rests without the disturbance. A dash: no end.", *named_laws(laws)],
         own=_own(laws),
     )
 
