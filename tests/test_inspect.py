@@ -14,6 +14,7 @@ from scipy.spatial.transform import Rotation
 
 from sampling import some
 from spherical_wrist import Experiment, load_recording, record, simulate
+from spherical_wrist.colours import AXES, of_components
 from spherical_wrist.inspection.curves import telling_rows, view, with_gaps
 from spherical_wrist.inspection.difference import difference
 from spherical_wrist.inspection.difference_picture import difference_picture
@@ -87,18 +88,29 @@ def test_rotation_vectors_are_those_of_scipy_with_gaps_where_they_jump():
     ]
 
 
-def test_a_portrait_shows_where_a_run_that_starts_far_off_comes_from():
-    far = panel_of(
-        run_picture(run(law="sliding_mode", initial_error=0.3, duration=2.0), ["title"]), "Phase portrait, z"
-    )
-    assert far.get_xlim()[1] > 0.3
-    assert not far.texts
-    near = run(law="sliding_mode", duration=2.0)
-    rate = near.rate_error.copy()
-    rate[3] = 5.0
-    panel = panel_of(run_picture(near.replaced(rate_error=rate), ["title"]), "Phase portrait, z")
-    assert panel.get_ylim()[1] < 1.0
-    assert "|ė| = 5 rad/s" in panel.texts[0].get_text()
+def test_a_portrait_shows_where_a_run_comes_from_and_another_what_is_left_of_it():
+    found = run(law="sliding_mode", initial_error=0.3, duration=2.0)
+    panels = run_picture(found, ["title"]).axes
+    place = [panel.get_title(loc="left") for panel in panels].index("Phase portrait, z")
+    whole, steady = panels[place : place + 2]
+    assert whole.get_xlim()[1] > 0.3
+    assert whole.lines[-2].get_xdata()[0] == found.error[0, 2]  # the ring
+    left = found.error[found.measurement.in_window(found.time), 2]
+    assert np.ptp(left) > 0.0
+    assert np.ptp(steady.get_xlim()) < 1.2 * np.ptp(np.append(left, 0.0))
+    assert not whole.texts + steady.texts
+    rate = found.rate_error.copy()
+    rate[-3] = 5.0
+    steady = run_picture(found.replaced(rate_error=rate), ["title"]).axes[place + 1]
+    assert steady.get_ylim()[1] < 1.0
+    assert "|ė| = 5 rad/s" in steady.texts[0].get_text()
+
+
+def test_components_of_an_axis_have_its_colour():
+    assert of_components(["x", "y", "z"]) == list(AXES)
+    assert of_components(["x 0", "x 1", "z 0"]) == [AXES[0], AXES[0], AXES[2]]
+    assert len(set(of_components(["w", "x", "y", "z"]))) == 4
+    assert of_components(list(map(str, range(24)))) == []
 
 
 def test_the_view_of_an_axis_cuts_off_only_what_would_squeeze_the_rest():
@@ -113,8 +125,8 @@ def test_the_view_of_an_axis_cuts_off_only_what_would_squeeze_the_rest():
 
 
 def test_figures_are_as_print_has_them():
-    assert [figure(value) for value in (None, 0.0, 0.0123, 4.676e-4, 1e-7, -2.5e6)] == [
-        "—", "0", "0.0123", "4.68·10⁻⁴", "10⁻⁷", "−2.5·10⁶",
+    assert [figure(value) for value in (None, 0.0, 0.0123, 999.4, 2857.3, 4.676e-4, 1e-7, -2.5e6)] == [
+        "—", "0", "0.0123", "999", "2857", "4.68·10⁻⁴", "10⁻⁷", "−2.5·10⁶",
     ]  # fmt: skip
 
 
@@ -123,11 +135,11 @@ def test_figures_are_as_print_has_them():
 
 def test_the_sheet_has_what_the_law_has(fuzzy):
     shown = titles(run_picture(fuzzy, ["title", "conditions"]))
-    axes = [f"Phase portrait, {axis}" for axis in "xyz"]
-    always = ["Attitude as rotation vector", "Attitude error", "Attitude error, size", "Tool tip error, size", "Torque"]
+    axes = ["Phase portrait, x", "Steady window", "Phase portrait, y", "Phase portrait, z"]
+    always = ["Attitude as rotation vector", "Attitude error", "Attitude error, size", "Tip error, size", "Torque"]
     assert list(shown) == [*always, "Sliding surface", "Slope of the surface", *axes]
     assert figure(fuzzy.metrics.rms_error_rad) in shown["Attitude error, size"]
-    assert figure(fuzzy.metrics.max_tip_error_mm) in shown["Tool tip error, size"]
+    assert figure(fuzzy.metrics.max_tip_error_mm) in shown["Tip error, size"]
     assert list(titles(run_picture(run(law="pd"), ["pd"]))) == [*always, *axes]
     fixed = titles(run_picture(run(law="sliding_mode"), ["title"]))
     assert "Slope of the surface" not in fixed
@@ -151,7 +163,7 @@ def test_the_line_of_the_portrait_is_where_the_surface_is_zero():
     values = np.abs(found.experiment.law.slope * layer[:, 0] + layer[:, 1])
     assert values == pytest.approx(found.experiment.law.phi[0])
     integral = titles(run_picture(run(law="boundary_layer_sliding_mode"), ["title"]))
-    assert "λα e + ė = 0" in integral["Phase portrait, x"]
+    assert "λαe + ė = 0" in integral["Phase portrait, x"]
     assert "S = 0" in titles(run_picture(found, ["title"]))["Phase portrait, x"]
 
 

@@ -1,5 +1,7 @@
 """Colours that mean the same in every view: viewer, pictures and pages."""
 
+from collections.abc import Sequence
+
 BLACK, ORANGE, SKY, GREEN = "#000000", "#e69f00", "#56b4e9", "#009e73"
 YELLOW, BLUE, VERMILION, PURPLE = "#f0e442", "#0072b2", "#d55e00", "#cc79a7"
 """The eight colours that Okabe and Ito chose for every kind of colour vision."""
@@ -14,6 +16,18 @@ RIVALS = (BLACK, GREEN, PURPLE, SKY, ORANGE)
 """Of the lines of other laws, if there are no more of them."""
 INK, GREY, PALE = "#222222", "#7f7f7f", "#bfbfbf"
 """Of text, of what is in the background, and of what is behind that."""
+
+
+def of_components(names: Sequence[str]) -> list[str]:
+    """Return the colours of curves by their names: those of the axes for "x" or "x 0", or those of the palette.
+
+    Empty if there are more than the palette has.
+    """
+    axes = dict(zip("wxyz", (INK, *AXES), strict=True))
+    firsts = [name.partition(" ")[0] for name in names]
+    if all(first in axes for first in firsts):
+        return [axes[first] for first in firsts]
+    return list(PALETTE[: len(names)]) if len(names) <= len(PALETTE) else []
 
 
 def rgb(colour: str) -> tuple[int, int, int]:

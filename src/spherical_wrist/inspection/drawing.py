@@ -33,7 +33,8 @@ def figure(value: float | None, unit: str = "") -> str:
     if value is None:
         return "—"
     if value == 0.0 or 1e-3 <= abs(value) < 1e4:
-        return f"{value:.3g} {unit}".rstrip().replace("-", "−")
+        shown = f"{value:.3g}" if abs(value) < 999.5 else f"{value:.0f}"
+        return f"{shown} {unit}".rstrip().replace("-", "−")
     digits, _, exponent = f"{value:.2e}".partition("e")
     factor = "" if float(digits) == 1.0 else f"{float(digits):g}·".replace("-", "−")
     return f"{factor}10{str(int(exponent)).translate(_RAISED)} {unit}".rstrip()
@@ -91,7 +92,9 @@ def _decades(ratio: float) -> Locator:
 
 
 def note(panel: Axes, text: str) -> None:
-    """A remark at the lower right of a panel."""
+    """Write a remark at the lower right of a panel; an empty one is left out."""
+    if not text:
+        return
     ground = {"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 1.0}
     panel.text(
         0.995, 0.03, text, transform=panel.transAxes, ha="right", va="bottom", fontsize=7.0, color=INK, bbox=ground
@@ -101,4 +104,4 @@ def note(panel: Axes, text: str) -> None:
 def name(panel: Axes, title: str, figures: str = "") -> None:
     """Write the title of a panel at its upper left, and figures at its upper right."""
     panel.set_title(title, loc="left", weight="bold", pad=3.0)
-    panel.set_title(figures, loc="right", pad=3.0, color=INK, fontsize=7.5)
+    panel.set_title(figures, loc="right", pad=3.0, color=INK, fontsize=7.0)

@@ -9,7 +9,7 @@ import numpy.typing as npt
 from matplotlib.axes import Axes
 
 from spherical_wrist.channels import XYZ, Place
-from spherical_wrist.colours import AXES, PALETTE
+from spherical_wrist.colours import AXES, ORANGE, of_components
 from spherical_wrist.inspection.curves import BINS, drawable, with_gaps
 from spherical_wrist.inspection.drawing import INK, LAYER, figure, fit, fit_decades, line, lines, name
 from spherical_wrist.measure.series import Plot, in_place
@@ -20,8 +20,6 @@ Array = npt.NDArray[np.float64]
 Panel = Callable[[Axes], None]
 WIDE: dict[str, Any] = {"linewidth": 3.2, "alpha": 0.28, "marker": "", "solid_capstyle": "butt"}
 """Of a curve that lies behind another one."""
-LONGEST = 12
-"""Largest length of a symbol beside the vertical axis; the title names the quantity."""
 
 
 class Motion(NamedTuple):
@@ -83,14 +81,14 @@ def _size(panel: Axes, run: Run, label: str, unit: str) -> None:
     vectors = run.error if unit == "rad" else 1e3 * (run.tip - run.desired_tip)
     size = np.linalg.norm(drawable(vectors), axis=1)
     line(panel, run.time, size, color=INK)
-    title, figures = ("Attitude error", "error") if unit == "rad" else ("Tool tip error", "tip_error")
+    title, figures = ("Attitude error", "error") if unit == "rad" else ("Tip error", "tip_error")
     rms, largest = (getattr(run.metrics, f"{which}_{figures}_{unit}") for which in ("rms", "max"))
     fit_decades(panel, size)
     for value, dash in ((rms, "-"), (largest, ":")):
         if value:
             start = min(max(run.measurement.window_start, run.time[0]), run.time[-1])
             stop = max(min(run.measurement.window_end, run.time[-1]), start)
-            panel.hlines(value, start, stop, color=AXES[0], linestyle=dash, linewidth=1.1, zorder=3)
+            panel.hlines(value, start, stop, color=ORANGE, linestyle=dash, linewidth=1.3, zorder=3)
     panel.set_ylabel(label)
     text = f"RMS {figure(rms)} (line) · largest {figure(largest)} {unit} (dots)" if rms is not None else ""
     name(panel, f"{title}, size", text or "no sample in the steady window")
@@ -162,19 +160,24 @@ def _plot(panel: Axes, time: Array, plot: Plot) -> None:
     curves = drawable(plot.curves)
     if plot.axes == list(XYZ):
         lines(panel, time, curves)
-    elif 1 < len(plot.axes) <= len(PALETTE):
-        for values, axis, colour in zip(curves.T, plot.axes, PALETTE, strict=False):
+    elif len(plot.axes) > 1 and (colours := of_components(plot.axes)):
+        for values, axis, colour in zip(curves.T, plot.axes, colours, strict=True):
             line(panel, time, values, color=colour, label=axis)
-        panel.legend(loc="upper right", ncols=len(PALETTE), fontsize=7.0, handlelength=1.0, columnspacing=1.0)
+        if len(set(colours)) == len(colours):  # else they are those of x, y and z
+            panel.legend(loc="upper right", ncols=len(colours), fontsize=7.0, handlelength=1.0, columnspacing=1.0)
     else:
         bins = max(BINS // len(plot.axes), 100)
         for values in curves.T:
             line(panel, time, values, bins, color=INK, linewidth=0.6, alpha=1.0 if len(plot.axes) == 1 else 0.35)
     fit(panel, curves)
-    symbol = plot.symbol if len(plot.symbol) <= LONGEST else ""
+    is_state = plot.channel.place is Place.OTHER
+    symbol = "" if is_state else plot.symbol
     panel.set_ylabel(f"{symbol} [{plot.unit}]".strip() if plot.unit else symbol)
+    panel.locator_params(axis="y", nbins=3)
     rms = float(np.sqrt(np.nanmean(np.square(curves).sum(axis=1)))) if np.isfinite(curves).any() else None
-    name(panel, plot.heading, f"RMS {figure(rms, plot.unit)}" if plot.unit else "")
+    figures = f"RMS {figure(rms, plot.unit)}" if plot.unit and not is_state else ""
+    panel.set_title(plot.heading, loc="left", pad=3.0, fontsize=7.0)
+    panel.set_title(figures, loc="right", pad=3.0, fontsize=7.0)
 
 
 _MOTIONS = (
