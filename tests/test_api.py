@@ -320,11 +320,11 @@ def test_a_run_of_coils_and_a_state_has_dimensions_for_them():
 
 def test_a_comparison_in_tables(comparison):
     frame, data = comparison.to_pandas(), comparison.to_xarray()
-    for (law, case), cell in comparison.cells.items():
-        (row,) = (frame.law == law).mul(frame.case == case).to_numpy().nonzero()[0]
+    for (law, case, seed), cell in comparison.cells.items():
+        (row,) = (frame.law == law).mul(frame.case == case).mul(frame.seed == seed).to_numpy().nonzero()[0]
         for name in METRICS:
             expected = np.nan if cell.metrics[name] is None else cell.metrics[name]
-            assert np.array_equal(float(data[name].sel(law=law, case=case)), expected, equal_nan=True)
+            assert np.array_equal(float(data[name].sel(law=law, case=case, seed=seed)), expected, equal_nan=True)
             assert np.array_equal(np.float64(frame[name][row]), expected, equal_nan=True)
     assert data.rms_error_rad.units == frame.attrs["units"]["rms_error_rad"] == "rad"
 

@@ -15,6 +15,7 @@ from spherical_wrist.api.arguments import (
     tables_of,
 )
 from spherical_wrist.comparison.cases import DEFAULT, Case, read_cases, select
+from spherical_wrist.comparison.compare import SEEDS
 from spherical_wrist.comparison.compare import compare as compare_laws
 from spherical_wrist.comparison.results import Comparison
 from spherical_wrist.errors import ParameterError
@@ -30,6 +31,7 @@ def compare(
     *,
     cases: CasesGiven = "default",
     experiment: ExperimentGiven | None = None,
+    seeds: int = SEEDS,
     record: str | Sequence[str] = (),
     folder: str | PathLike[str] | None = None,
     jobs: int | None = None,
@@ -43,6 +45,7 @@ def compare(
         cases: ``"default"`` for the suite of the package, the name of one of its cases or a list of names, a file of
             cases, or a table of changed parameters by name, such as ``{"late": {"sensing.delay": 0.002}}``.
         experiment: experiment that the cases change; by default the default experiment.
+        seeds: number of seeds with which a case is run in which something is random.
         record: patterns ``LAW:CASE``, with ``*`` and ``?``, of the runs to record; ``"all"`` for every run.
         folder: folder for recordings.
         jobs: number of threads; by default one for each core.
@@ -58,6 +61,7 @@ def compare(
         _cases(cases),
         tables,
         changes_of(changes),
+        seeds=seeds,
         record=[record] if isinstance(record, str) else record,
         folder=None if folder is None else Path(folder),
         jobs=jobs,

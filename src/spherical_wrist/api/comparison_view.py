@@ -17,7 +17,7 @@ from spherical_wrist.report.parts import written
 class ComparisonView(View[Comparison]):
     """View of a comparison: the ranking, error against chattering, and a row for each cell."""
 
-    keys = ("law", "case")
+    keys = ("law", "case", "seed")
 
     def __init__(self, result: Comparison) -> None:
         super().__init__(result)
@@ -31,14 +31,15 @@ class ComparisonView(View[Comparison]):
         """Return the ranking, with mean errors and chattering by hardware."""
         groups = list(self.table["laws"][0]["groups"])
         short = [group.partition(" ")[0] for group in groups]
-        headings = ["law", "rank", "score", "best on", "lost"]
+        headings = ["law", "rank", "median ratio", "worst ratio", "best on", "within 5 % on", "lost"]
         headings += [f"RMS error, {word} [{METRICS[ERROR].unit}]" for word in short]
         headings += [f"chattering, {word} [×]" for word in short]
         rows = []
         for row in self.table["laws"]:
             means = [row["groups"][group][key] for key in (ERROR, CHATTERING) for group in groups]
             figures = [None if each is None else each["mean"] for each in means]
-            rows.append([row["law"], row["rank"], row["score"], row["wins"], len(row["lost"]), *figures])
+            place = [row[key] for key in ("law", "rank", "median_ratio", "worst_ratio", "wins", "within_5_percent")]
+            rows.append([*place, len(row["lost"]), *figures])
         return Summary(headings, rows)
 
     def figure(self) -> Figure:

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from math import inf
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -20,6 +19,7 @@ from spherical_wrist.cli.options import (
     Jobs,
     Json,
     Laws,
+    Seeds,
     Settings,
     with_parameters,
 )
@@ -30,10 +30,15 @@ FEW = 40
 """Number of cells up to which every figure is printed without --full."""
 WIDE = 118
 ABOUT = (
-    "score: geometric mean over the cases of the RMS error as a multiple of the best law's; ideal, non-ideal: geometric"
-    " mean of the RMS error over the cases with that hardware; chattering: the same over the last of these, as a "
-    "multiple of plain computed torque"
+    "×: √(attitude error · tip error) as a multiple of the best law's on the case; median over the cases, with an "
+    "interval of 95 % (bootstrap over cases and seeds); worst of all runs; lost: cases with a run that did not "
+    "complete, which count as infinite"
 )
+ABOUT_WINNERS = (
+    "next: the runner-up, as a number of the table above, and its × ; lost by: number of laws that lost a run"
+)
+MOST_LOST = 12
+"""Number of lost runs up to which each is printed."""
 
 
 @with_parameters("duration", "seed")
@@ -51,22 +56,24 @@ def command(
         Option(metavar="LAW:CASE", help="record this run to DIR, or those that match 'pd:*', or all; may be repeated"),
     ] = None,
     full: Annotated[bool, Option("--full", help="print every figure of every law on every case")] = False,
+    seeds: Seeds = None,
     jobs: Jobs = None,
     json: Json = False,
 ) -> None:
-    """The suite: disturbances and wrong masses with ideal hardware, then every fault of sensors and motors, then all.
+    """The suite: every case shows another difference between laws; wrist list cases says which.
 
     A case of your own is a table of a FILE.toml with a name and any parameters: [[case]] name = "late",
     sensing.delay = 0.002.
 
-    The score of a law is the geometric mean, over the cases, of its RMS error as a multiple of the best law's. With
-    -o: comparison.json, .csv, .md, and a picture of error against chattering as .png and .svg.
+    A law is judged by attitude and tip error together, as a multiple of the best law's: by the median over the cases,
+    and by its worst run. A lost run counts as infinite. Cases with something random are run with N seeds, from --seed
+    on, the others once. With -o: comparison.json, .csv, .md, and a picture of error against chattering.
 
     Exit code: 0 compared (runs may be lost), 2 wrong input, 130 stopped by Ctrl-C.
     """
     from spherical_wrist.cli.output import warn
     from spherical_wrist.comparison.cases import DEFAULT, read_cases, select
-    from spherical_wrist.comparison.compare import compare
+    from spherical_wrist.comparison.compare import SEEDS, compare
     from spherical_wrist.comparison.law_selection import laws_from_texts
     from spherical_wrist.comparison.report import to_dict
     from spherical_wrist.experiment.command import read_settings
@@ -77,8 +84,21 @@ def command(
     laws = laws_from_texts(law or [], tables, every)
     chosen = select(read_cases(cases) if cases else DEFAULT, case or [])
     with counting("comparing") as progress:
-        results = compare(laws, chosen, tables, every, record=record or [], folder=output, jobs=jobs, progress=progress)
+        results = compare(
+            laws,
+            chosen,
+            tables,
+            every,
+            seeds=SEEDS if seeds is None else seeds,
+            record=record or [],
+            folder=output,
+            jobs=jobs,
+            progress=progress,
+        )
     table = to_dict(results, str(cases or "default"))
+    replaced = {each.name: names for each in chosen if (names := each.overridden(every))}
+    if replaced:
+        table["warnings"].append(replaced_in_words(replaced))
     if output is not None:
         _write(table, output)
     if json:
@@ -113,15 +133,21 @@ def print_comparison(table: dict[str, Any], *, full: bool, folder: Path | None) 
     console = printer()
     console.print(_standings(table, console.width))
     console.print(Text(ABOUT, "dim"))
+    console.print()
+    console.print(_winners(table, console.width))
+    console.print(Text(ABOUT_WINNERS, "dim"))
     every = full or len(table["cells"]) <= FEW
     for block in (_figures if every else _matrix)(table, console.width):
         console.print()
         console.print(block)
     console.print()
-    for cell in table["cells"]:
-        if cell["outcome"] != "completed":
-            where = f"{cell['law']} on {cell['case']} {cell['outcome']} at {cell['ended_at_s']:.6g} s: {cell['reason']}"
-            console.print(Text(where, "red"), soft_wrap=True)
+    lost = [cell for cell in table["cells"] if cell["outcome"] != "completed"]
+    for cell in lost if full else lost[:MOST_LOST]:
+        case = f"{cell['case']}, seed {cell['seed']}," if cell["seed"] else cell["case"]
+        where = f"{cell['law']} on {case} {cell['outcome']} at {cell['ended_at_s']:.6g} s: {cell['reason']}"
+        console.print(Text(where, "red"), soft_wrap=True)
+    if len(lost) > MOST_LOST and not full:
+        console.print(Text(f"and {len(lost) - MOST_LOST} more lost runs: --full", "red"))
     if folder is None:
         console.print(Text("every figure: --full; files and the picture: -o DIR; commands that replay: --json", "dim"))
     else:
@@ -130,71 +156,130 @@ def print_comparison(table: dict[str, Any], *, full: bool, folder: Path | None) 
         console.print(written_to(folder, ", ".join(table["files"]) + more), soft_wrap=True)
 
 
-def _standings(table: dict[str, Any], width: int) -> Table:
-    from spherical_wrist.comparison.report import CHATTERING, ERROR
-    from spherical_wrist.measure.metrics import METRICS
+def replaced_in_words(replaced: Mapping[str, Sequence[str]]) -> str:
+    """Return a warning about cases some of whose parameters have other values than the case says.
 
-    groups = list(table["laws"][0]["groups"])
+    Args:
+        replaced: names of the parameters by case.
+    """
+    names = ", ".join(dict.fromkeys(name for each in replaced.values() for name in each))
+    return f"settings take the place of what cases are about ({names}): {', '.join(replaced)}"
+
+
+def times(ratio: float | None) -> str:
+    """Write a ratio in at most five characters."""
+    if ratio is None:
+        return "lost"
+    if ratio < 9.995:
+        return f"{ratio:.2f}"
+    if ratio < 99.95:
+        return f"{ratio:.1f}"
+    return f"{ratio:.0f}" if ratio < 9999.5 else f"{ratio:.0e}".replace("e+0", "e")
+
+
+def _standings(table: dict[str, Any], width: int) -> Table:
+    from spherical_wrist.comparison.report import CHATTERING
+
+    wide = width >= WIDE
+    group = list(table["laws"][0]["groups"])[-1]
     failures = any(row["lost"] for row in table["laws"])
-    headings = ["#", "law", "score", "best\non", *(["lost"] if failures else [])]
-    headings += [*(f"{_first(group)}\n[{METRICS[ERROR].unit}]" for group in groups), "chat-\ntering"]
+    headings = ["#", "law", "median\n×", "95 %", "worst\n×", *(["on"] if wide else []), "best\non", "≤ 5 %\non"]
+    headings += [*(["lost"] if failures else []), *([f"chattering,\n{_first(group)} ×"] if wide else [])]
     rows: list[list[Entry]] = []
     for row in table["laws"]:
-        figures = [row["groups"][group] for group in groups]
-        entries: list[Entry] = [str(row["rank"]), Text(row["law"], "bold"), short(row["score"]), str(row["wins"])]
+        low, high = map(times, row["median_interval_95"])
+        entries: list[Entry] = [str(row["rank"]), Text(row["law"], "bold"), times(row["median_ratio"])]
+        entries += [low if low == high else f"{low}–{high}", times(row["worst_ratio"])]
+        entries += [row["worst_case"]] if wide else []
+        entries += [str(row["wins"]), str(row["within_5_percent"])]
         if failures:
             entries.append(Text(str(len(row["lost"])), "red" if row["lost"] else ""))
-        entries += [_mean(entry[ERROR], "{:.1e}") for entry in figures]
-        rows.append([*entries, _mean(figures[-1][CHATTERING], "×{:.3g}")])
-    return fitted(f"{len(rows)} laws × {len(table['cases'])} cases", headings, rows, width, names=1)
+        if wide:
+            spread = row["groups"][group][CHATTERING]
+            entries.append("—" if spread is None else f"{spread['mean']:.3g}")
+        rows.append(entries)
+    runs = sum(len(case["seeds"]) for case in table["cases"])
+    title = f"{len(rows)} laws × {len(table['cases'])} cases"
+    once = sum(not case["random"] for case in table["cases"])
+    if runs > len(table["cases"]):
+        title += f", {runs} runs of each: cases with something random over seeds, the other {once} once"
+    return fitted(title, headings, rows, width, names=1)
 
 
 def _first(text: str) -> str:
     return text.partition(" ")[0]
 
 
-def _mean(spread: Mapping[str, float] | None, form: str) -> str:
-    return "—" if spread is None else form.format(spread["mean"])
+def _winners(table: dict[str, Any], width: int) -> Table:
+    """Lay out the winner and the runner-up of every case."""
+    place = {row["law"]: f"#{row['rank']}" for row in table["laws"]}
+    wide = width >= WIDE
+    rows: list[list[Entry]] = []
+    for case in table["cases"]:
+        also = [place[law] for law in case["within_5_percent"] if law != case["winner"]]
+        next_best = case["runner_up"]
+        rows.append([
+            Text(case["winner"] or "all lost", "bold"),
+            Text(case["case"]),
+            times(case["runner_up_ratio"]) if next_best else "—",
+            (next_best if wide else place[next_best]) if next_best else "—",
+            _few(also),
+            str(len(case["lost_by"])) if case["lost_by"] else "",
+        ])  # fmt: skip
+    rows = [[row[1], row[0], *row[2:]] for row in rows]
+    headings = ["case", "best law", "next\n×", "next", "also\n≤ 5 %", "lost\nby"]
+    return fitted("which law wins what", headings, rows, width, names=1)
+
+
+def _few(names: Sequence[str], most: int = 3) -> str:
+    return " ".join(names[:most]) + (f" +{len(names) - most}" if len(names) > most else "")
 
 
 def _matrix(table: dict[str, Any], width: int) -> Iterator[Table]:
-    """Yield tables of RMS errors, cases × laws, each with as many laws as fit the terminal."""
-    from spherical_wrist.comparison.report import ERROR
-    from spherical_wrist.measure.metrics import METRICS
-
+    """Yield tables of ratios to the best law, cases × laws, each with as many laws as fit the terminal."""
     names = [case["case"] for case in table["cases"]]
-    cells = {(cell["law"], cell["case"]): cell for cell in table["cells"]}
-    room = max(1, (width - max(map(len, names)) - 1) // len("1.2e-03 "))
+    rows_of = {(row["law"], row["case"]): row for row in table["standings"]}
+    room = max(1, (width - max(map(len, names)) - 1) // len("12345 "))
     for first in range(0, len(table["laws"]), room):
         laws = table["laws"][first : first + room]
-        rows = [[case, *(_error(cells[law["law"], case]) for law in laws)] for case in names]
-        title = f"{METRICS[ERROR].heading_and_unit} of the laws above, by rank" if not first else ""
+        rows = [[case, *(_ratio(rows_of[law["law"], case]) for law in laws)] for case in names]
+        title = "× of the laws above, by rank" if not first else ""
         yield fitted(title, ["case", *(f"#{law['rank']}" for law in laws)], rows, width)
 
 
-def _error(cell: Mapping[str, Any]) -> Text:
-    from spherical_wrist.comparison.report import ERROR
+def _ratio(row: Mapping[str, Any]) -> Text:
+    from spherical_wrist.comparison.ranking import CLOSE
 
-    if cell["outcome"] != "completed":
-        return Text({"diverged": "div.", "failed": "fail"}.get(cell["outcome"], cell["outcome"]), "red")
-    return Text(f"{cell['metrics'][ERROR]:.1e}", "bold green" if cell["rank"] == 1 else "")
+    best, close = row["rank"] == 1, row["ratio"] is not None and row["ratio"] <= CLOSE
+    return Text(
+        times(row["ratio"]), "red" if row["ratio"] is None else "bold green" if best else "green" if close else ""
+    )
 
 
 def _figures(table: dict[str, Any], width: int) -> Iterator[Table]:
-    """Yield a table for each case, best law first, with every figure that fits the terminal."""
-    from spherical_wrist.comparison.report import FIGURES, NARROW, figure, heading
+    """Yield a table for each case, best law first, with every figure that fits the terminal; medians over the seeds."""
+    from spherical_wrist.comparison.report import FIGURES, NARROW, heading, median_figure, seeds_in_words
 
-    wanted = FIGURES if width >= WIDE else NARROW
-    first, *others = wanted
-    keys = [first, *(key for key in others if any(figure(cell, key) is not None for cell in table["cells"]))]
+    rows_of = {(row["law"], row["case"]): row for row in table["standings"]}
+    cells: dict[tuple[str, str], list[dict[str, Any]]] = {}
+    for cell in table["cells"]:
+        cells.setdefault((cell["law"], cell["case"]), []).append(cell)
     for case in table["cases"]:
-        cells = [cell for cell in table["cells"] if cell["case"] == case["case"]]
+        name = case["case"]
+        own = {law: cells[law, name] for law in case["ranking"]}
+        first, *others = FIGURES if width >= WIDE else NARROW
+        keys = [first, *(key for key in others if any(median_figure(each, key) is not None for each in own.values()))]
         rows: list[list[Entry]] = []
-        for cell in sorted(cells, key=lambda cell: cell["rank"] or inf):
-            entries: list[Entry] = [cell["law"], *(short(figure(cell, key)) for key in keys)]
-            if cell["outcome"] != "completed":
-                entries[1] = Text(cell["outcome"], "red")
+        for law, each in own.items():
+            row = rows_of[law, name]
+            low, high = map(times, row["ratio_range"])
+            entries: list[Entry] = [law, times(row["ratio"]), "" if low == high else f"{low}–{high}"]
+            entries += [short(median_figure(each, key)) for key in keys]
+            if row["lost_seeds"]:
+                entries[3] = Text(next(cell["outcome"] for cell in each if cell["outcome"] != "completed"), "red")
             rows.append(entries)
-        headings = ["law", *(heading(key).replace(" [", "\n[") for key in keys)]
-        title = f"{case['case']}: {case['meaning']}" if case["meaning"] else case["case"]
-        yield fitted(title, headings, rows, width)
+        headings = ["law", "×", "seeds", *(heading(key).replace(" [", "\n[") for key in keys)]
+        if not any(row[2] for row in rows):
+            headings, rows = headings[:2] + headings[3:], [row[:2] + row[3:] for row in rows]
+        said = ". ".join(filter(None, (case["meaning"], seeds_in_words(case), case["discriminates"])))
+        yield fitted(f"{name}: {said}", headings, rows, width)

@@ -66,6 +66,9 @@ Width = Annotated[
 ]
 Bound = Annotated[float, Option("--bound", metavar="MM", help="bound on the tip error")]
 Folder = Annotated[Path | None, Option("--output", "-o", metavar="DIR", help="folder to write to [write nothing]")]
+Seeds = Annotated[
+    int | None, Option("--seeds", metavar="N", help="runs of a case in which something is random, with N seeds [3]")
+]
 Jobs = Annotated[int | None, Option("--jobs", metavar="N", help="runs at a time [one per core]")]
 
 

@@ -13,6 +13,17 @@ from spherical_wrist.sensing import Realistic as RealisticSensing
 IDEAL, FAULTY = "ideal hardware", "non-ideal hardware"
 
 
+JUDGED = {
+    "rms": ("rms_error_rad", "rms_tip_error_mm"),
+    "largest": ("max_error_rad", "max_tip_error_mm"),
+}
+"""Attitude error and tip error by which the runs of a case are judged, by the word that a case has for them."""
+
+
+SIZES = ("duration", "disturbance.level", "disturbance.amplitude")
+"""Parameters by which a case may be changed and still be what it says."""
+
+
 class Case(NamedTuple):
     """Condition under which laws are compared.
 
@@ -20,11 +31,22 @@ class Case(NamedTuple):
         name: short name, valid in a file name.
         meaning: description in a sentence.
         changes: changed parameters of the experiment by dotted name; see ``with_changes``.
+        discriminates: the difference between laws that it shows.
+        judged: ``"rms"`` or ``"largest"``: the errors that count, a key of ``JUDGED``.
+        duration: simulated time [s] where neither the experiment nor the settings say it; None for the default one.
     """
 
     name: str
     meaning: str
     changes: Mapping[str, Any]
+    discriminates: str = ""
+    judged: str = "rms"
+    duration: float | None = None
+
+    @property
+    def figures(self) -> tuple[str, str]:
+        """Names of the metrics by which it is judged: an attitude error [rad] and a tip error [mm]."""
+        return JUDGED[self.judged]
 
     def experiment(self, tables: Mapping[str, Any], changes: Mapping[str, Any]) -> Experiment:
         """Create the experiment of this case.
@@ -36,10 +58,16 @@ class Case(NamedTuple):
         Raises:
             WristError: a parameter of the case is not valid.
         """
+        usual = {} if self.duration is None else {"duration": self.duration}
         try:
-            return Experiment(**with_changes(with_changes(tables, self.changes), changes))
+            return Experiment(**with_changes(with_changes({**usual, **tables}, self.changes), changes))
         except WristError as error:
             raise ParameterError(f"case {self.name!r}: {error}") from None
+
+    def overridden(self, changes: Mapping[str, Any]) -> list[str]:
+        """Return the names of its changed parameters that other values by dotted name replace, but for sizes."""
+        replaced = (name for name in self.changes if name in changes or name.partition(".")[0] in changes)
+        return [name for name in replaced if name not in SIZES]
 
 
 def group_of(experiment: Experiment) -> str:
@@ -86,7 +114,7 @@ DEFAULT: tuple[Case, ...] = (
 )  # fmt: skip
 """Default suite. Sizes of faults that are not in the meaning are those of the realistic hardware."""
 
-OWN = ("name", "meaning")
+OWN = ("name", "meaning", "discriminates", "judged")
 """Keys of a case that are not parameters of the experiment."""
 
 
@@ -111,6 +139,8 @@ def read_cases(path: Path) -> tuple[Case, ...]:
         [[case]]
         name = "heavy and late"
         meaning = "half as heavy again, samples 2 ms old"   # optional
+        discriminates = "prediction over the delay"         # optional
+        judged = "largest"                                  # optional: the errors that count, RMS if nothing is said
         mass_scale = 1.5
         sensing.delay = 0.002
 
@@ -138,8 +168,11 @@ def _case(table: dict[str, Any], source: str) -> Case:
         raise ParameterError(f"{source}: a name is needed, such as name = 'heavy'")
     if "law" in table:
         raise ParameterError(f"{source} ({name!r}): a case cannot set the law; give laws with --law")
+    judged = table.get("judged", "rms")
+    if judged not in JUDGED:
+        raise UnknownNameError("judged", str(judged), JUDGED, f" ({source}, {name!r})")
     changes = _dotted({key: value for key, value in table.items() if key not in OWN})
-    return Case(name, str(table.get("meaning", "")), changes)
+    return Case(name, str(table.get("meaning", "")), changes, str(table.get("discriminates", "")), judged)
 
 
 def _dotted(table: Mapping[str, Any]) -> dict[str, Any]:

@@ -13,8 +13,17 @@ from spherical_wrist.comparison.law_selection import BASELINE, Laws
 from spherical_wrist.comparison.results import Cell, Comparison
 from spherical_wrist.errors import ParameterError, UnknownNameError
 from spherical_wrist.experiment.description import Experiment
+from spherical_wrist.experiment.randomness import is_random
 from spherical_wrist.files import make_folder
+from spherical_wrist.loop.outcome import Outcome, Status
+from spherical_wrist.measure.metrics import Metrics
+from spherical_wrist.prepare.pulse_responses import NotLinearError
+from spherical_wrist.simulation.rollouts import RolloutResult
+from spherical_wrist.simulation.run import Run
 from spherical_wrist.simulation.runner import Progress, Runner, Worker, ignore_progress
+
+SEEDS = 3
+"""Default number of seeds with which a case is run that has something random."""
 
 EXTRA_LABEL = ""
 """Label of the baseline law if it is not among the compared laws."""
@@ -26,6 +35,7 @@ def compare(
     tables: Mapping[str, Any],
     changes: Mapping[str, Any],
     *,
+    seeds: int = SEEDS,
     record: Sequence[str] = (),
     folder: Path | None = None,
     jobs: int | None = None,
@@ -38,8 +48,11 @@ def compare(
         cases: cases.
         tables: experiment that the cases change, as plain tables.
         changes: values by dotted name that override both. Those of laws are ignored, as ``laws`` has them already.
+        seeds: number of seeds, from that of the experiment on, with which a case is run in which something is random;
+            the others are run once, since every seed would give the same result.
         record: patterns ``LAW:CASE``, with ``*`` and ``?``, of the cells to record; ``all`` for every cell.
-        folder: folder for recordings ``LAW--CASE.rrd``, created before anything is simulated.
+        folder: folder for recordings ``LAW--CASE.rrd``, or ``LAW--CASE--SEED.rrd`` where there are several
+            seeds; created before anything is simulated.
         jobs: number of threads; None for the number of cores.
         progress: called with the number of finished runs and their total.
 
@@ -47,53 +60,70 @@ def compare(
         WristError: a case or a pattern is not valid, a law raises, or a recording cannot be written.
     """
     began = time.perf_counter()
+    if seeds < 1:
+        raise ParameterError(f"seeds = {seeds}: must be 1 or more")
     shared = {name: value for name, value in changes.items() if not name.startswith("law.")}
     baseline = next((label for label, law in laws.items() if law == BASELINE), EXTRA_LABEL)
     with_baseline: Laws = laws if baseline in laws else {baseline: BASELINE, **laws}
+    plain = {case.name: case.experiment(tables, {**shared, "law": BASELINE}) for case in cases}
+    drawn = {case: _seeds(experiment, seeds) for case, experiment in plain.items()}
     work = [
-        (label, case.name, case.experiment(tables, {**shared, "law": law}))
-        for case in cases  # outer loop, so that threads begin with different laws, which are compiled once each
-        for label, law in with_baseline.items()
+        (label, case, experiment.replaced(law=law, seed=seed))
+        for case, experiment in plain.items()
+        for seed in drawn[case]  # one after the other: laws share the motion and the disturbance of a seed
+        for label, law in with_baseline.items()  # innermost, so that threads begin with laws to compile once each
     ]
-    files = _files(record, laws, [case.name for case in cases], folder)
+    files = _files(record, laws, drawn, folder)
     if folder is not None:
         make_folder(folder)
     writing = threading.Lock()
 
     def run_cell(item: tuple[str, str, Experiment], worker: Worker) -> Cell:
         label, case, experiment = item
-        file = files.get((label, case))
-        if file is None:
-            measured = worker.measure(experiment)
-            return Cell(label, case, experiment, measured.outcome, measured.metrics)
-        from spherical_wrist.recording.runs import record as write  # imports take half a second
+        file = files.get((label, case, experiment.seed))
+        result: Run | RolloutResult
+        try:
+            result = worker.measure(experiment) if file is None else worker.simulate(experiment)
+        except (
+            NotLinearError
+        ) as error:  # this law has no worst disturbance, because it does not come to rest without one
+            return Cell(label, case, experiment.seed, experiment, Outcome(Status.FAILED, 0.0, str(error)), Metrics({}))
+        if isinstance(result, Run) and file is not None:
+            from spherical_wrist.recording.runs import record as write  # imports take half a second
 
-        run = worker.simulate(experiment)
-        with writing:
-            write(run, file)
-        return Cell(label, case, experiment, run.outcome, run.metrics, file)
+            with writing:
+                write(result, file)
+        return Cell(label, case, experiment.seed, experiment, result.outcome, result.metrics, file)
 
     finished = Runner(jobs).map(run_cell, work, progress)
-    cells = {(cell.law, cell.case): cell for cell in finished}
-    baseline_chattering = {case.name: _chattering(cells[baseline, case.name]) for case in cases}
-    chosen = {key: cell for key, cell in cells.items() if key[0] in laws}
-    return Comparison(laws, tuple(cases), chosen, baseline_chattering, time.perf_counter() - began)
+    chattering = {(cell.case, cell.seed): _chattering(cell) for cell in finished if cell.law == baseline}
+    chosen = {(cell.law, cell.case, cell.seed): cell for cell in finished if cell.law in laws}
+    return Comparison(laws, tuple(cases), drawn, chosen, chattering, time.perf_counter() - began)
+
+
+def _seeds(experiment: Experiment, count: int) -> tuple[int, ...]:
+    """Return the seeds with which an experiment is run: one if nothing in it is random."""
+    return tuple(range(experiment.seed, experiment.seed + (count if is_random(experiment) else 1)))
 
 
 def _chattering(cell: Cell) -> float | None:
-    return cell.metrics.chattering_Nm_per_s if cell.error is not None else None
+    return None if cell.lost else cell.metrics.chattering_Nm_per_s
 
 
 def _files(
-    patterns: Sequence[str], laws: Iterable[str], cases: Sequence[str], folder: Path | None
-) -> dict[tuple[str, str], Path]:
-    """Return the files of the cells that match a pattern, by label and name of the case."""
+    patterns: Sequence[str], laws: Iterable[str], seeds: Mapping[str, Sequence[int]], folder: Path | None
+) -> dict[tuple[str, str, int], Path]:
+    """Return the files of the runs whose law and case match a pattern, by label, name of the case and seed."""
     if folder is None:
         if patterns:
             raise ParameterError("recording needs a folder: give one with -o DIR")
         return {}
-    chosen = dict.fromkeys(key for pattern in patterns for key in _matching(pattern, tuple(laws), cases))
-    files = {(law, case): folder / f"{_file_stem(law)}--{_file_stem(case)}.rrd" for law, case in chosen}
+    chosen = dict.fromkeys(key for pattern in patterns for key in _matching(pattern, tuple(laws), tuple(seeds)))
+    files = {}
+    for law, case in chosen:
+        for seed in seeds[case]:
+            of_seed = f"--{seed}" if len(seeds[case]) > 1 else ""
+            files[law, case, seed] = folder / f"{_file_stem(law)}--{_file_stem(case)}{of_seed}.rrd"
     if len(set(files.values())) < len(files):
         raise ParameterError(
             "two of the runs to record would have the same file name: give the cases names that differ more"

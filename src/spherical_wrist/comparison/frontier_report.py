@@ -89,10 +89,10 @@ def order(edges: Sequence[Edge], laws: Laws, axes: Sequence[Axis]) -> list[str]:
     return sorted(total, key=lambda law: total[law])
 
 
-def _reach(edge: Edge) -> float | None:
-    """Return a number that is smaller if a law holds the bound further; None if it never holds."""
+def _reach(edge: Edge) -> float:
+    """Return a number that is smaller if a law holds the bound further; infinity if it never holds."""
     if edge.crossing.status is CrossingStatus.NOMINAL:
-        return None
+        return float("inf")
     return float("-inf") if edge.crossing.misses is None else -edge.crossing.misses
 
 

@@ -4,13 +4,22 @@ The keys of the JSON object are stable:
 
 ===============  ====================================================================================================
 ``suite``        file of the cases, ``"default"`` for the default suite
-``laws``         best first: ``law`` (label), ``rank``, ``score``, ``wins``, ``lost`` (names of cases), ``name``,
-                 ``parameters``, ``groups`` (by group: ``rms_error_rad`` and ``chattering_ratio`` as ``smallest``,
-                 ``mean`` (geometric), ``largest`` over the group's cases, and ``on_pareto_front``)
-``cases``        in their order: ``case`` (name), ``meaning``, ``group``, ``changes``, ``ranking`` (labels, best first)
-``cells``        law by law, case by case: ``law``, ``case``, ``rank``, ``outcome``, ``ended_at_s``, ``reason``,
-                 ``metrics``, ``error_ratio`` (to the best law of the case), ``chattering_ratio`` (to plain computed
-                 torque on the same case), ``command`` (replays this cell alone), ``recording``
+``laws``         best first: ``law`` (label), ``rank``, ``median_ratio`` (over the cases), ``median_interval_95``
+                 (``[low, high]``), ``worst_ratio``, ``worst_case``, ``worst_seed``, ``wins`` and ``within_5_percent``
+                 (numbers of cases; those within 5 % of the best law include the wins), ``lost`` (names of cases),
+                 ``lost_runs``, ``runs``, ``name``, ``parameters``, ``groups`` (by group: ``rms_error_rad``,
+                 ``rms_tip_error_mm`` and ``chattering_ratio`` as ``smallest``, ``mean`` (geometric), ``largest`` over
+                 the group's runs, and ``on_pareto_front``)
+``cases``        in their order: ``case`` (name), ``meaning``, ``discriminates``, ``judged_by`` (two names of metrics),
+                 ``group``, ``changes``, ``seeds`` (list), ``random`` (false: nothing depends on the seed), ``winner``,
+                 ``runner_up``, ``runner_up_ratio``, ``within_5_percent`` (labels, best first), ``lost_by`` (labels),
+                 ``ranking`` (labels, best first)
+``standings``    law by law, case by case, over the seeds: ``law``, ``case``, ``rank``, ``ratio``, ``ratio_range``
+                 (``[smallest, largest]`` over the seeds), ``attitude_ratio``, ``tip_ratio``, ``lost_seeds``
+``cells``        every run, law by law, case by case, seed by seed: ``law``, ``case``, ``seed``, ``outcome``,
+                 ``ended_at_s``, ``reason``, ``metrics``, ``ratio`` (to the best law of this case and seed),
+                 ``chattering_ratio`` (to plain computed torque, likewise), ``command`` (replays this run alone, to the
+                 last bit), ``recording``
 ``warnings``     sentences about what makes the figures of completed runs doubtful; see
                  :mod:`spherical_wrist.measure.warnings`
 ``versions``     of the packages and the platform
@@ -18,27 +27,35 @@ The keys of the JSON object are stable:
 ``wall_time_s``  time that all runs took
 ===============  ====================================================================================================
 
-Missing values are null: rank and ratios of a run that was lost, its metrics if it did not reach the steady window, and
-the command of a law that is defined in the calling program.
+All ratios are those of the combined error √(attitude error · tip error) to that of the best law of the case; see
+:mod:`.ranking`. Infinite ratios, of lost runs, are null, and so are other missing values: metrics of a run that did not
+reach the steady window, the winner of a case that all laws lost, and the command of a law that is defined in the
+calling program.
 """
 
 import csv
 import io
-from collections.abc import Mapping
-from math import inf
+from collections.abc import Mapping, Sequence
+from math import isfinite
+from statistics import median
 from typing import Any
 
-from spherical_wrist.comparison.ranking import pareto_front, ranks, ratios
-from spherical_wrist.comparison.results import Cell, Comparison, Spread
+from pydantic_core import to_jsonable_python
+
+from spherical_wrist.comparison.cases import Case
+from spherical_wrist.comparison.ranking import pareto_front
+from spherical_wrist.comparison.results import CaseStanding, Cell, Comparison, Spread, Standing
 from spherical_wrist.errors import ParameterError
 from spherical_wrist.experiment.command import command_of
+from spherical_wrist.experiment.randomness import is_random
 from spherical_wrist.measure.metrics import METRICS, Metrics
 from spherical_wrist.measure.warnings import summarized
 from spherical_wrist.simulation.run import versions
 
-ERROR, CHATTERING = "rms_error_rad", "chattering_ratio"
+ERROR, TIP_ERROR, CHATTERING = "rms_error_rad", "rms_tip_error_mm", "chattering_ratio"
 FIGURES = (
     ERROR,
+    TIP_ERROR,
     "max_error_rad",
     "max_tip_error_mm",
     "chattering_Nm_per_s",
@@ -49,7 +66,7 @@ FIGURES = (
 )
 """Columns of the Markdown table: names of metrics, and the chattering ratio."""
 
-NARROW = (ERROR, "max_tip_error_mm", CHATTERING, "peak_torque_Nm")
+NARROW = (ERROR, TIP_ERROR, "max_tip_error_mm", CHATTERING)
 """Columns that fit beside the name of a law in 80 characters."""
 
 
@@ -59,17 +76,12 @@ def to_dict(comparison: Comparison, suite: str) -> dict[str, Any]:
     fronts = {group: pareto_laws(comparison, cases) for group, cases in groups.items()}
     laws = [
         {
-            "law": row.law,
-            "rank": row.rank,
-            "score": row.score,
-            "wins": row.wins,
-            "lost": list(row.lost),
+            **_standing(row),
             "name": comparison.laws[row.law].name,
             "parameters": _parameters(comparison.laws[row.law].model_dump(mode="json")),
             "groups": {
                 group: {
-                    ERROR: _spread(comparison.spread(row.law, cases, ERROR)),
-                    CHATTERING: _spread(comparison.spread(row.law, cases, CHATTERING)),
+                    **{key: _spread(comparison.spread(row.law, cases, key)) for key in (ERROR, TIP_ERROR, CHATTERING)},
                     "on_pareto_front": row.law in fronts[group],
                 }
                 for group, cases in groups.items()
@@ -81,14 +93,10 @@ def to_dict(comparison: Comparison, suite: str) -> dict[str, Any]:
     return {
         "suite": suite,
         "laws": laws,
-        "cases": [
-            {
-                "case": case.name,
-                "meaning": case.meaning,
-                "group": of_case[case.name],
-                "changes": _parameters(case.changes),
-                "ranking": ranking(comparison, case.name),
-            }
+        "cases": [_case(comparison, case, of_case[case.name]) for case in comparison.cases],
+        "standings": [
+            _case_standing(comparison.case_standings(case.name)[row.law])
+            for row in comparison.standings()
             for case in comparison.cases
         ],
         "cells": cells(comparison),
@@ -99,40 +107,92 @@ def to_dict(comparison: Comparison, suite: str) -> dict[str, Any]:
     }
 
 
+def _standing(row: Standing) -> dict[str, Any]:
+    return {
+        "law": row.law,
+        "rank": row.rank,
+        "median_ratio": _finite(row.median_ratio),
+        "median_interval_95": [*map(_finite, row.interval)],
+        "worst_ratio": _finite(row.worst_ratio),
+        "worst_case": row.worst_case,
+        "worst_seed": row.worst_seed,
+        "wins": row.wins,
+        "within_5_percent": row.close,
+        "lost": list(row.lost),
+        "lost_runs": row.lost_runs,
+        "runs": row.runs,
+    }
+
+
+def _case(comparison: Comparison, case: Case, group: str) -> dict[str, Any]:
+    rows = list(comparison.case_standings(case.name).values())
+    winner, *others = rows
+    won, runner_up = isfinite(winner.ratio), next((row for row in others if isfinite(row.ratio)), None)
+    return {
+        "case": case.name,
+        "meaning": case.meaning,
+        "discriminates": case.discriminates,
+        "judged_by": list(case.figures),
+        "group": group,
+        "changes": _plain(case.changes),
+        "seeds": list(comparison.seeds[case.name]),
+        "random": is_random(comparison.runs(winner.law, case.name)[0].experiment),
+        "winner": winner.law if won else None,
+        "runner_up": runner_up.law if runner_up else None,
+        "runner_up_ratio": runner_up.ratio if runner_up else None,
+        "within_5_percent": [row.law for row in rows if row.close],
+        "lost_by": [row.law for row in rows if row.lost],
+        "ranking": [row.law for row in rows],
+    }
+
+
+def _case_standing(row: CaseStanding) -> dict[str, Any]:
+    return {
+        "law": row.law,
+        "case": row.case,
+        "rank": row.rank,
+        "ratio": _finite(row.ratio),
+        "ratio_range": [*map(_finite, row.range)],
+        "attitude_ratio": _finite(row.attitude_ratio),
+        "tip_ratio": _finite(row.tip_ratio),
+        "lost_seeds": list(row.lost),
+    }
+
+
+def _finite(value: float) -> float | None:
+    return value if isfinite(value) else None
+
+
 def _completed(comparison: Comparison) -> dict[str, Metrics]:
-    """Return the metrics of the runs that completed, by law and case in words."""
-    found = comparison.cells.values()
-    return {f"{cell.law} on {cell.case}": cell.metrics for cell in found if cell.error is not None}
+    """Return the metrics of the runs that were not lost, by law and case in words."""
+    several = {case: len(seeds) > 1 for case, seeds in comparison.seeds.items()}
+    return {
+        f"{cell.law} on {cell.case}{f' (seed {cell.seed})' if several[cell.case] else ''}": cell.metrics
+        for cell in comparison.cells.values()
+        if not cell.lost
+    }
 
 
 def cells(comparison: Comparison) -> list[dict[str, Any]]:
-    """Return every cell as a dictionary, law by law in the order of the ranking."""
-    relative = {case.name: ratios(comparison.errors(case.name)) for case in comparison.cases}
-    places = {case.name: ranks(comparison.errors(case.name)) for case in comparison.cases}
+    """Return every run as a dictionary, law by law in the order of the ranking."""
     return [
         {
-            "law": row.law,
-            "case": case.name,
-            "rank": None if cell.error is None else places[case.name][row.law],
+            "law": cell.law,
+            "case": cell.case,
+            "seed": cell.seed,
             "outcome": str(cell.outcome.status),
             "ended_at_s": cell.outcome.time,
             "reason": cell.outcome.reason,
             "metrics": dict(cell.metrics),
-            "error_ratio": relative[case.name][row.law],
+            "ratio": _finite(comparison.run_ratios(cell.case, cell.seed)[cell.law]),
             "chattering_ratio": comparison.figure(cell, CHATTERING),
             "command": _command(cell),
             "recording": None if cell.recording is None else str(cell.recording),
         }
         for row in comparison.standings()
         for case in comparison.cases
-        for cell in [comparison.cells[row.law, case.name]]
+        for cell in comparison.runs(row.law, case.name)
     ]
-
-
-def ranking(comparison: Comparison, case: str) -> list[str]:
-    """Return the labels of all laws, sorted by error on a case."""
-    places = ranks(comparison.errors(case))
-    return sorted(places, key=lambda law: places[law])
 
 
 def pareto_laws(comparison: Comparison, cases: list[str]) -> list[str]:
@@ -143,51 +203,127 @@ def pareto_laws(comparison: Comparison, cases: list[str]) -> list[str]:
     points = {}
     for law in comparison.laws:
         error, chattering = (comparison.spread(law, cases, figure) for figure in (ERROR, CHATTERING))
-        if error and chattering and all(comparison.cells[law, case].error is not None for case in cases):
+        if error and chattering and not any(cell.lost for case in cases for cell in comparison.runs(law, case)):
             points[law] = (float(f"{chattering.mean:.3g}"), float(f"{error.mean:.3g}"))
     return pareto_front(points)
 
 
 def as_csv(table: Mapping[str, Any]) -> str:
-    """Return a CSV table with one line per cell and the names of the metrics as headings."""
+    """Return a CSV table with one line per run and the names of the metrics as headings.
+
+    The columns ``case_rank``, ``case_ratio`` and ``winner`` are those of the law on the case, over all seeds.
+    """
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
-    plain = ["law", "case", "rank", "outcome", "ended_at_s"]
-    after = ["error_ratio", "chattering_ratio", "command"]
-    writer.writerow([*plain, *METRICS, *after])
+    plain = ["law", "case", "seed", "outcome", "ended_at_s"]
+    after = ["ratio", "chattering_ratio"]
+    writer.writerow([*plain, *METRICS, *after, "case_rank", "case_ratio", "winner", "command"])
+    over_seeds = {(row["law"], row["case"]): row for row in table["standings"]}
+    winners = {case["case"]: case["winner"] for case in table["cases"]}
     for cell in table["cells"]:
+        own = over_seeds[cell["law"], cell["case"]]
         values = [cell[key] for key in plain] + [cell["metrics"][key] for key in METRICS] + [cell[key] for key in after]
+        values += [own["rank"], own["ratio"], winners[cell["case"]], cell["command"]]
         writer.writerow(["" if value is None else value for value in values])
     return text.getvalue()
 
 
 def as_markdown(table: Mapping[str, Any], number: Any) -> str:
-    """Return the ranking, and one table per case with the best law first, as Markdown.
+    """Return the ranking, the table of winners, and one table per case with the best law first, as Markdown.
 
     Args:
         table: result of :func:`to_dict`.
         number: function that formats a number.
     """
     lines = ["# Laws compared", "", "![Error against chattering](comparison.png)", ""]
-    lines += ["| rank | law | score | best on | lost on |", "|---:|---|---:|---:|---|"]
-    for row in table["laws"]:
-        failures = ", ".join(row["lost"]) or "—"
-        lines.append(f"| {row['rank']} | {row['law']} | {number(row['score'])} | {row['wins']} | {failures} |")
-    lines += ["", "Score: geometric mean over the cases of the RMS error as a multiple of the best law's.", ""]
-    by_case: dict[str, list[dict[str, Any]]] = {}
-    for cell in table["cells"]:
-        by_case.setdefault(cell["case"], []).append(cell)
+    lines += _markdown_ranking(table, number) + _markdown_winners(table, number)
     for case in table["cases"]:
-        rows = sorted(by_case[case["case"]], key=lambda cell: cell["rank"] or inf)
-        shown = [key for key in FIGURES if any(figure(cell, key) is not None for cell in rows)]
-        lines += [f"## {case['case']}", "", f"{case['meaning']} ({case['group']})", ""]
-        lines += ["| law | " + " | ".join(map(heading, shown)) + " |", "|---|" + "---:|" * len(shown)]
-        for cell in rows:
-            values = [number(figure(cell, key)) for key in shown]
-            name = cell["law"] if cell["outcome"] == "completed" else f"{cell['law']} (**{cell['outcome']}**)"
-            lines.append(f"| {name} | {' | '.join(values)} |")
-        lines.append("")
+        lines += _markdown_case(table, case, number)
     return "\n".join(lines)
+
+
+def _markdown_ranking(table: Mapping[str, Any], number: Any) -> list[str]:
+    lines = ["| rank | law | median ratio | 95 % interval | worst ratio | on | best on | within 5 % on | lost runs |"]
+    lines.append("|---:|---|---:|---:|---:|---|---:|---:|---|")
+    for row in table["laws"]:
+        low, high = (_or_lost(end, number) for end in row["median_interval_95"])
+        entries = [row["rank"], row["law"], _or_lost(row["median_ratio"], number), f"{low} – {high}"]
+        entries += [_or_lost(row["worst_ratio"], number), row["worst_case"], row["wins"], row["within_5_percent"]]
+        entries += [f"{row['lost_runs']} of {row['runs']}: {', '.join(row['lost'])}" if row["lost"] else "—"]
+        lines.append(f"| {' | '.join(map(str, entries))} |")
+    return [*lines, "", RANKING, INTERVAL, ""]
+
+
+def _markdown_winners(table: Mapping[str, Any], number: Any) -> list[str]:
+    lines = [
+        "## Who wins what",
+        "",
+        "| case | shows | best law | runner-up | ratio of the runner-up | also within 5 % |",
+    ]
+    lines.append("|---|---|---|---|---:|---|")
+    for case in table["cases"]:
+        also = ", ".join(law for law in case["within_5_percent"] if law != case["winner"]) or "—"
+        lines.append(
+            f"| {case['case']} | {case['discriminates']} | {case['winner'] or '—'} | {case['runner_up'] or '—'} | "
+            f"{number(case['runner_up_ratio'])} | {also} |"
+        )
+    return [*lines, ""]
+
+
+def _markdown_case(table: Mapping[str, Any], case: Mapping[str, Any], number: Any) -> list[str]:
+    name = case["case"]
+    rows = {row["law"]: row for row in table["standings"] if row["case"] == name}
+    runs: dict[str, list[Any]] = {law: [] for law in case["ranking"]}
+    for cell in table["cells"]:
+        if cell["case"] == name:
+            runs[cell["law"]].append(cell)
+    shown = [key for key in FIGURES if any(median_figure(cells, key) is not None for cells in runs.values())]
+    said = [f"{case['meaning']} ({case['group']})" if case["meaning"] else case["group"], seeds_in_words(case)]
+    said += [f"Shows: {case['discriminates']}"] if case["discriminates"] else []
+    lines = [f"## {name}", "", f"{'. '.join(said)}.", ""]
+    lines += ["| law | ratio | " + " | ".join(map(heading, shown)) + " |", "|---|---:|" + "---:|" * len(shown)]
+    for law, cells in runs.items():
+        lost = [cell["outcome"] for cell in cells if cell["outcome"] != "completed"]
+        failed = f" (**{lost[0]}**, {len(lost)} of {len(cells)} runs)" if lost else ""
+        values = [ratio_in_words(rows[law], number), *(number(median_figure(cells, key)) for key in shown)]
+        lines.append(f"| {law}{failed} | {' | '.join(values)} |")
+    return [*lines, ""]
+
+
+RANKING = (
+    "Ratio: combined error √(attitude error · tip error) as a multiple of that of the best law on the case, RMS unless "
+    "the case is judged by the largest errors; median over the cases, worst over all runs. A case with several seeds "
+    "counts once, with the median over its seeds, and as lost if one of its runs was lost. Lost cases have an infinite "
+    "ratio."
+)
+INTERVAL = "Interval: percentile bootstrap of the median, over the cases and over the seeds of each."
+LOST = "lost"
+
+
+def seeds_in_words(case: Mapping[str, Any]) -> str:
+    """Return the seeds of a case in words."""
+    if not case["random"]:
+        return "Nothing is random: one run"
+    seeds = case["seeds"]
+    return f"Seeds {seeds[0]} to {seeds[-1]}" if len(seeds) > 1 else f"Seed {seeds[0]}"
+
+
+def ratio_in_words(row: Mapping[str, Any], number: Any) -> str:
+    """Return the ratio of a law on a case, with its range over the seeds if there are several."""
+    low, high = row["ratio_range"]
+    ratio = _or_lost(row["ratio"], number)
+    return ratio if low == high else f"{ratio} ({_or_lost(low, number)} – {_or_lost(high, number)})"
+
+
+def _or_lost(ratio: float | None, number: Any) -> str:
+    return LOST if ratio is None else str(number(ratio))
+
+
+def median_figure(cells: Sequence[Mapping[str, Any]], key: str) -> float | None:
+    """Return the median of a figure over the runs of a law on a case; None if one of them was lost."""
+    found = [figure(cell, key) for cell in cells]
+    known = [each for each in found if each is not None]
+    return median(known) if known and len(known) == len(found) else None
 
 
 def heading(key: str) -> str:
@@ -216,3 +352,9 @@ def _command(cell: Cell) -> str | None:
 
 def _parameters(table: Mapping[str, Any]) -> dict[str, Any]:
     return {name: value for name, value in table.items() if name != "name"}
+
+
+def _plain(changes: Mapping[str, Any]) -> dict[str, Any]:
+    """Return changed parameters as plain data."""
+    plain: dict[str, Any] = to_jsonable_python(dict(changes))
+    return plain

@@ -13,6 +13,7 @@ from spherical_wrist.errors import ParameterError, one_line, refuse_huge_integer
 from spherical_wrist.experiment.description import Experiment, parsed_toml, toml
 from spherical_wrist.experiment.options import FLAGS
 from spherical_wrist.experiment.presets import HARDWARE
+from spherical_wrist.package_files import shortest_name
 from spherical_wrist.parameters import Member, Parameters
 from spherical_wrist.reference import Reference
 
@@ -103,7 +104,7 @@ def _member(field: str, value: Member, usual: Member, address: str | None) -> It
         subject = value.subject if isinstance(value, Reference) else ""
         if subject and getattr(value, subject) is not None:
             standard[subject] = getattr(value, subject)
-            address = f"{address}:{standard[subject]}"
+            address = f"{address}:{shortest_name(str(standard[subject]))}"
         yield from _setting(field, address)
     for name, chosen in value:
         if name not in standard or chosen != standard[name]:
@@ -123,6 +124,8 @@ def _address(member: Member) -> str:
 def _shortest(owner: Parameters, name: str) -> Any:
     """Return a parameter as plain data, with three equal numbers as one if the parameter accepts that."""
     value = owner.model_dump(mode="json")[name]
+    if isinstance(getattr(owner, name), Path):
+        return shortest_name(value)
     if isinstance(value, list) and len(value) == 3 and value[0] == value[1] == value[2]:
         try:
             if owner.replaced(**{name: value[0]}) == owner:

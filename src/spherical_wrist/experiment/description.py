@@ -21,6 +21,7 @@ from spherical_wrist.experiment.timing import Timing
 from spherical_wrist.experiment.values import ExperimentValues
 from spherical_wrist.files import read_whole
 from spherical_wrist.measure.metrics import MetricSettings
+from spherical_wrist.package_files import named_file
 from spherical_wrist.parameters import Member, NonNegative, Parameters, Positive, Vector, quantity
 from spherical_wrist.reference import Reference
 from spherical_wrist.sensing import Sensing
@@ -40,6 +41,10 @@ def _member(given: Any, info: ValidationInfo) -> Any:
 
 def _level(given: Any) -> Any:
     return {"level": given} if isinstance(given, int | float) else given
+
+
+def _model_file(given: Path) -> Path:
+    return named_file("model", given).resolve()
 
 
 def _names(given: Any) -> Any:
@@ -94,8 +99,8 @@ class Experiment(Parameters):
         None, "s", "start of the steady window; default: 2 s, or half the duration of runs or motions up to 2 s"
     )
     seed: Annotated[int, Field(ge=0)] = quantity(0, "", "seed of everything random")
-    model: Annotated[Path, AfterValidator(Path.resolve)] | None = quantity(
-        None, "", "MJCF file of the wrist; default: the model of the package"
+    model: Annotated[Path, AfterValidator(_model_file)] | None = quantity(
+        None, "", "MJCF file of the wrist, or the name of a model of the package; default: its model wrist"
     )
     joint: str | None = quantity(None, "", "ball joint of the wrist, if the model has several")
     motors: Annotated[tuple[str, str, str] | None, BeforeValidator(_names)] = quantity(

@@ -12,6 +12,7 @@ import numpy.typing as npt
 from pydantic import AfterValidator, BeforeValidator
 
 from spherical_wrist.errors import ParameterError
+from spherical_wrist.package_files import named_file
 from spherical_wrist.parameters import NonNegative, Positive, quantity
 from spherical_wrist.reference.base import Array, Reference
 from spherical_wrist.reference.jigsaws import Arm
@@ -29,7 +30,7 @@ def _absolute(file: Path) -> Path:
     if file == Path():
         raise ValueError("the path of a file is needed")
     try:
-        return file.expanduser().resolve()
+        return named_file("motion", file).expanduser().resolve()
     except (OSError, RuntimeError) as error:
         raise ValueError(f"not a path ({error})") from None
 
@@ -66,7 +67,9 @@ class Recorded(Reference):
 
     subject: ClassVar[str] = "file"
 
-    file: File | None = quantity(None, "", "table, trajectory or kinematics file; must be given")
+    file: File | None = quantity(
+        None, "", "table, trajectory or kinematics file, or the name of a motion of the package; must be given"
+    )
     arm: Arm = quantity("slave_right", "", "of a JIGSAWS file, the arm")
     columns: Annotated[str | None, BeforeValidator(read_columns)] = quantity(
         None, "", "columns by name or number, as in 'time=stamp, w=q0, x=q1, y=q2, z=q3', where they are not recognised"

@@ -32,10 +32,15 @@ Delay = Annotated[float, Field(ge=0, le=1)]
 
 
 class Sensing(Member):
-    """Sensors of attitude and rate."""
+    """Sensors of attitude and rate.
+
+    Attributes:
+        random: names of the parameters that make the samples depend on the seed.
+    """
 
     kind: ClassVar[str] = "sensing"
     abstract: ClassVar[bool] = True
+    random: ClassVar[tuple[str, ...]] = ("attitude_noise", "rate_noise", "loss")
 
     attitude_noise: NonNegative = quantity(0.0, "rad", "standard deviation of the attitude, per axis and sample")
     attitude_quantum: NonNegative = quantity(0.0, "rad", "resolution of the attitude, per component of its log")

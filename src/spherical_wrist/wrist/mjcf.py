@@ -11,6 +11,7 @@ import numpy as np
 from spherical_wrist.compat.libmujoco import warnings_kept_in_data
 from spherical_wrist.errors import ModelError, one_line
 from spherical_wrist.files import read_whole
+from spherical_wrist.package_files import package_files
 from spherical_wrist.wrist.named_files import slashed
 
 ADVICE = "`wrist guide wrist` lists what a wrist model needs"
@@ -112,9 +113,7 @@ def _reason(error: BaseException) -> str:
 
 def default_model() -> Path:
     """Return the MJCF file of the wrist that comes with the package."""
-    here = Path(__file__).resolve()
-    installed = here.parents[1] / "models" / "wrist.xml"
-    return installed if installed.exists() else here.parents[3] / "models" / "wrist.xml"
+    return package_files("model")["wrist"]
 
 
 @warnings_kept_in_data()
