@@ -3,6 +3,7 @@
 import pickle
 import subprocess
 import sys
+from pathlib import Path
 
 import gymnasium
 import numpy as np
@@ -11,6 +12,7 @@ from gymnasium.utils.env_checker import check_env, data_equivalence
 from gymnasium.vector import AutoresetMode
 from scipy.spatial.transform import Rotation
 
+from rigs import mjcf
 from spherical_wrist import Experiment, WristError, simulate
 from spherical_wrist.environment import TRACK, register
 from spherical_wrist.environment.action import tunable_gains
@@ -337,12 +339,9 @@ def test_wrong_arguments_of_many():
         envs.step(np.zeros((2, 3)))
 
 
-@pytest.mark.parametrize("threads", [1, 2])
-@pytest.mark.parametrize("failure", ["command.torque[0] = math.nan", "raise ValueError('too late')"])
-@pytest.mark.parametrize("frame_skip", [4, 5])  # within a step, or at its first instant
-def test_a_law_that_fails_is_named(tmp_path, failure, threads, frame_skip):
-    file = tmp_path / "late.py"
-    file.write_text(
+def late(failure):
+    """File of a law that fails after 9.5 ms."""
+    return (
         "import math\nfrom spherical_wrist.control import Law\n"
         "class Late(Law):\n"
         "    gain: float = 0.1\n"
@@ -352,23 +351,67 @@ def test_a_law_that_fails_is_named(tmp_path, failure, threads, frame_skip):
         "            command.torque[i] = parameters.gain * signal.error[i]\n"
         f"        if signal.time > 0.0095:\n            {failure}\n"
     )
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+@pytest.mark.parametrize("failure", ["command.torque[0] = math.nan", "raise ValueError('too late')"])
+@pytest.mark.parametrize("frame_skip", [4, 5])  # within a step, or at its first instant
+def test_a_law_that_fails_is_named(tmp_path, failure, threads, frame_skip):
+    file = tmp_path / "late.py"
+    file.write_text(late(failure))
     options = {"experiment": {"law": f"{file}:Late", "duration": 0.1}, "action": "gains", "frame_skip": frame_skip}
     envs = gymnasium.make_vec(TRACK, 2, threads=threads, **options)
     envs.reset()
     for _ in range(2):
         envs.step(np.zeros((2, 1)))
-    if "nan" in failure:
-        _, rewards, terminated, truncated, told = envs.step(np.zeros((2, 1)))
-        assert terminated.all()
-        assert not truncated.any()
-        assert np.isfinite(rewards).all()
-        assert list(told["outcome"]) == ["failed"] * 2
-        assert "law 'late' at t = 0.01 s wrote the torque [nan" in told["reason"][0]
-        envs.close()
-        return
-    with pytest.raises(WristError, match=r"law 'late' at t = 0.01 s"):
-        envs.step(np.zeros((2, 1)))
+    wrote = "wrote the torque [nan" if "nan" in failure else "raised ValueError: too late"
+    _, rewards, terminated, truncated, told = envs.step(np.zeros((2, 1)))
+    assert terminated.all()
+    assert not truncated.any()
+    assert np.isfinite(rewards).all()
+    assert list(told["outcome"]) == ["failed"] * 2
+    assert all(f"law 'late' at t = 0.01 s {wrote}" in reason for reason in told["reason"])
+    envs.reset()
+    envs.step(np.zeros((2, 1)))  # both go on with a new episode
     envs.close()
+
+
+ENDS = {
+    "completed": ("pd", "pass", {}),
+    "nan": ("mine", "command.torque[0] = math.nan", {}),
+    "raises": ("mine", "raise ValueError('too late')", {}),
+    "diverges": ("mine", "command.torque[2] = 1e9", {"model": "strong.xml"}),
+    "too fast at once": ("pd", "pass", {"initial_rate_error": (0.0, 0.0, 2000.0)}),
+}
+
+
+@pytest.mark.parametrize("way", ENDS)
+def test_an_episode_ends_where_the_run_of_its_experiment_does(tmp_path, monkeypatch, way):
+    """Status, time, reason and metrics, for whatever ends it; the actions leave the gains as they are."""
+    monkeypatch.chdir(tmp_path)
+    law, failure, more = ENDS[way]
+    if law == "mine":
+        law = f"{tmp_path}/late.py:Late"
+        Path("late.py").write_text(late(failure))
+    Path("strong.xml").write_text(mjcf())  # its motors have no limits
+    experiment = Experiment(law=law, duration=0.1, steady_from=0.0, **more)
+    run = simulate(experiment)
+    env = make(experiment=experiment, action="gains", frame_skip=7)
+    *_, told, ends = episode(env, zeros(env))
+    assert told[-1]["outcome"] == str(run.outcome.status)
+    assert told[-1]["reason"] == run.outcome.reason
+    assert told[-1]["time"] == pytest.approx(run.outcome.time, abs=1e-9)
+    assert told[-1]["metrics"] == figures(run.metrics)
+    assert ends == (run.outcome.status.lost, not run.outcome.status.lost)
+
+
+def test_what_is_doubtful_about_a_model_is_a_warning_once(tmp_path):
+    (tmp_path / "w.xml").write_text(mjcf(joint='frictionloss="1e-4"'))
+    env = make(experiment={**SHORT, "model": tmp_path / "w.xml"}, action="gains")
+    with pytest.warns(RuntimeWarning, match="frictionloss") as found:
+        env.reset()
+    env.reset()
+    assert [str(each.message) for each in found] == list(Experiment(model=tmp_path / "w.xml").nominal().warnings)
 
 
 def test_registering_is_quick_and_may_be_repeated():

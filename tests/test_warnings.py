@@ -1,11 +1,13 @@
 """Warnings of runs: the table of checks, the sources, and the places where they are shown."""
 
+import html
 import json
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+import spherical_wrist as sw
 from rigs import RigidBody, bits, mjcf
 from spherical_wrist import Experiment, load_recording, record, simulate
 from spherical_wrist.measure.metrics import METRICS
@@ -38,6 +40,97 @@ def test_several_runs_are_counted_with_the_worst(name):
     [said] = summarized(runs)
     assert f"{check.event} in 2 of 6 runs, most in 5 " in said
     assert not summarized({"0": runs["0"]})
+
+
+def test_warnings_of_models_and_motions_are_counted_by_kind():
+    """The figures of a sentence differ from run to run; what it says is the same."""
+    quiet, loud = dict.fromkeys(METRICS), dict.fromkeys(METRICS) | {"max_error_rad": 1.0}
+    runs = {"a on x": quiet, "b on x": loud, "c on y": quiet}
+    said = {
+        "a on x": ("leaves by 0.3 rad for 7 %", "held"),
+        "b on x": ("held", *warnings_of(loud)),
+        "c on y": ("held",),
+    }
+    assert summarized(runs, said) == (
+        "in 1 of 3 runs, such as a on x: leaves by 0.3 rad for 7 %",
+        "held",
+        *summarized(runs),
+    )
+    said["c on y"] = ("leaves by 1e-05 rad for 88.5 %",)
+    assert summarized(runs, said)[:2] == (
+        "in 2 of 3 runs, such as a on x: leaves by 0.3 rad for 7 %",
+        "in 2 of 3 runs, such as a on x: held",
+    )
+
+
+CAMPAIGN = """
+laws = ["pd", "computed_torque"]
+design = "grid"
+[experiment]
+duration = 0.4
+disturbance = {{ amplitude = {torque} }}
+[vary]
+mass_scale = [0.9, 1.1]
+"""
+
+
+def test_a_campaign_sums_up_the_warnings_of_its_episodes(wrist):
+    """On the error stream, in JSON and on the page: as many, and as large, as the table of episodes has it."""
+    Path("doubtful.toml").write_text(CAMPAIGN.format(torque=0.25))
+    code, out, err = wrist("sweep", "doubtful.toml", "--workers", "0", "--json")
+    told = json.loads(out)
+    assert (code, told["stored"]) == (0, 4)
+    rows = sw.load_campaign("doubtful").episodes.rows("SELECT * FROM episodes WHERE outcome = 'completed'")
+    for name, check in CHECKS.items():
+        found = [row for row in rows if row[check.metric] > check.limit]
+        assert found, name
+        worst = max(found, key=lambda row: row[check.metric])
+        [said] = [text for text in told["warnings"] if text.startswith(check.event)]
+        assert f"in {len(found)} of {len(rows)} episodes, most in episode {worst['id']} " in said
+    lines = "".join(f"wrist: warning: {warning}\n" for warning in told["warnings"])
+    assert err.endswith(lines)
+    assert wrist("sweep", "doubtful")[2] == lines
+    code, out, err = wrist("report", "doubtful", "--json", "-o", "page.html")
+    assert (code, json.loads(out)["warnings"], err) == (0, told["warnings"], lines)
+    page = html.unescape(Path("page.html").read_text(encoding="utf-8"))
+    assert [text for text in told["warnings"] if f"Warning: {text}." not in page] == []
+
+
+def test_a_frontier_warns_of_the_run_where_it_begins(wrist):
+    options = ("--law", "pd", "--axis", "heavier", "--axis", "com", "--duration", "0.4", "--json", "--tolerance", "0.9")
+    code, out, err = wrist("frontier", *options, "--set", "disturbance.amplitude=0.25")
+    [saturated, large] = json.loads(out)["warnings"]
+    assert code == 0
+    assert "in 1 of 1 runs, most in the nominal wrist with pd, where axis heavier begins" in saturated
+    assert err == f"wrist: warning: {saturated}\nwrist: warning: {large}\n"
+    assert wrist("frontier", *options)[2] == ""
+
+
+def test_tuning_warns_of_the_default_gains_and_those_of_the_front(wrist):
+    options = ("--trials", "2", "--duration", "0.4", "--case", "constant-heavy", "--json")
+    code, out, err = wrist("tune", "pd", *options, "--set", "disturbance.amplitude=0.25")
+    warnings = json.loads(out)["warnings"]
+    assert (code, len(warnings)) == (0, 2)
+    assert all(" on constant-heavy " in text for text in warnings)
+    assert err == "".join(f"wrist: warning: {warning}\n" for warning in warnings)
+
+
+def test_compare_sums_up_the_warnings_of_models_and_motions(wrist, tmp_path):
+    (tmp_path / "w.xml").write_text(mjcf(joint='frictionloss="1e-4"'))
+    cases = ("--case", "constant-heavy", "--case", "constant-light")
+    code, _, err = wrist("compare", "--law", "pd", *cases, "--duration", "0.4", "--set", "model=w.xml")
+    assert code == 0
+    assert [line for line in err.splitlines() if "frictionloss" in line] == [
+        f"wrist: warning: {text}" for text in Experiment(model=tmp_path / "w.xml").nominal().warnings
+    ]
+
+
+def test_limits_of_warnings_are_listed_in_the_units_that_people_see(wrist, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "200")
+    _, out, _ = wrist("list")
+    text = " ".join(out.split())
+    assert "saturated saturated > 1 % the torque saturated" in text
+    assert "large_error attitude error, largest > 0.5 rad" in text
 
 
 def test_runs_that_are_right_are_silent(wrist):

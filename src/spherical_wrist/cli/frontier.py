@@ -79,6 +79,7 @@ def command(
 
     Exit code: 0 found, 2 wrong input, 130 stopped by Ctrl-C.
     """
+    from spherical_wrist.cli.output import warn
     from spherical_wrist.comparison.bounds import BOUNDS, read_bounds
     from spherical_wrist.comparison.frontier import frontier
     from spherical_wrist.comparison.frontier_picture import frontier_picture
@@ -107,6 +108,7 @@ def command(
         lambda width: frontier_picture(found, axes, width),
         lambda: frontier_table(found, axes),
     )
+    warn(found["warnings"])
     if json:
         print_json(found)
     else:

@@ -95,7 +95,9 @@ def _warnings_table() -> Table:
 
     table = _columns()
     for name, check in CHECKS.items():
-        table.add_row(f"  {name}", f"{check.metric} > {check.limit:g}", METRICS[check.metric].unit, check.meaning)
+        metric = METRICS[check.metric]
+        limit = f"{metric.label} > {metric.shown_value(check.limit):g}"
+        table.add_row(f"  {name}", limit, metric.shown_unit, check.meaning)
     return table
 
 

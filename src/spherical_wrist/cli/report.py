@@ -34,6 +34,7 @@ def command(
     Exit code: 0 reported, 2 wrong input.
     """
     from spherical_wrist.campaign.folder import Folder
+    from spherical_wrist.cli.output import warn
     from spherical_wrist.files import check_writable, write_whole
     from spherical_wrist.report.findings import findings
 
@@ -45,6 +46,7 @@ def command(
         check_writable(output, "page")
     with waiting("reading the episodes"):
         table, curves = findings(folder, bound, warned)
+    warn(table["warnings"])
     if output is not None:
         from spherical_wrist.report.page import page  # matplotlib, half a second of imports
 

@@ -175,13 +175,23 @@ def _replay(folder: Folder, id_: int, output: Path, as_json: bool) -> int:
 def _report(folder: Folder, as_json: bool, warn: Callable[[str], None] = warned) -> None:
     """Print a summary of the episodes that are stored."""
     from spherical_wrist.campaign.summary import summary
+    from spherical_wrist.cli.output import warn as warn_all
+    from spherical_wrist.measure.warnings import summarized_table
 
     episodes = folder.episodes(warn)
-    laws = summary(episodes)
+    laws, warnings = summary(episodes), summarized_table(episodes.rows)
+    warn_all(warnings)
     stored, size = sum(law["episodes"] for law in laws), folder.campaign.size
     if as_json:
         print_json(
-            {"folder": str(folder.path), "episodes": size, "stored": stored, "digest": folder.digest, "laws": laws}
+            {
+                "folder": str(folder.path),
+                "episodes": size,
+                "stored": stored,
+                "digest": folder.digest,
+                "laws": laws,
+                "warnings": list(warnings),
+            }
         )
         return
     console = printer()

@@ -92,6 +92,7 @@ def command(
 
     Exit code: 0 tuned, 2 wrong input, 130 or 143 stopped by a signal (what was tried is kept).
     """
+    from spherical_wrist.cli.output import warn
     from spherical_wrist.comparison.cases import DEFAULT, read_cases, select
     from spherical_wrist.experiment.command import read_settings
     from spherical_wrist.experiment.description import read_toml
@@ -121,6 +122,7 @@ def command(
     table = summary_of(found)
     _write(found, table, files, folder, _case_options(cases, changes, settings))
     _warn(found)
+    warn(table["warnings"])
     if json:
         print_json(table)
     else:

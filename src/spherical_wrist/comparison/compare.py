@@ -93,7 +93,7 @@ def compare(
 
             with writing:
                 write(result, file)
-        return Cell(label, case, experiment.seed, experiment, result.outcome, result.metrics, file)
+        return Cell(label, case, experiment.seed, experiment, result.outcome, result.metrics, file, result.warnings)
 
     finished = Runner(jobs).map(run_cell, work, progress)
     chattering = {(cell.case, cell.seed): _chattering(cell) for cell in finished if cell.law == baseline}

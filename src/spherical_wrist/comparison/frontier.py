@@ -10,6 +10,7 @@ from spherical_wrist.comparison.law_selection import Laws
 from spherical_wrist.experiment.axes import Axis
 from spherical_wrist.experiment.description import Experiment, with_changes
 from spherical_wrist.files import make_folder
+from spherical_wrist.simulation.rollouts import RolloutResult
 from spherical_wrist.simulation.runner import Progress, Runner, Worker, ignore_progress
 
 NOMINAL_PLANT: Mapping[str, Any] = {"disturbance": {"level": 0.0}, "mass_scale": 1.0}
@@ -28,6 +29,7 @@ class Edge(NamedTuple):
         crossing: crossing, in deviations of the parameter from its base.
         experiment: experiment at the first miss; at the limit if there is none.
         miss: how that experiment misses the bounds; None if none missed.
+        base: run of the nominal wrist, where the search began.
     """
 
     law: str
@@ -35,6 +37,7 @@ class Edge(NamedTuple):
     crossing: Crossing
     experiment: Experiment
     miss: Miss | None
+    base: RolloutResult | None = None
 
     @property
     def holds(self) -> float | None:
@@ -86,7 +89,7 @@ def frontier(
     shared = {name: value for name, value in changes.items() if not name.startswith("law.")}
     tables = with_changes({**NOMINAL_PLANT, **tables}, shared)
     bases = {label: Experiment(**{**tables, "law": law}) for label, law in laws.items()}
-    known: dict[Experiment, Miss | None] = {}  # most axes of a law begin with the same run
+    known: dict[Experiment, tuple[Miss | None, RolloutResult]] = {}  # most axes of a law begin with the same run
 
     def search(item: tuple[str, Axis], worker: Worker) -> Edge:
         label, axis = item
@@ -99,12 +102,12 @@ def frontier(
             if tested not in known:
                 run = worker.measure(tested)
                 require(limits, run.metrics)
-                known[tested] = find_miss(run.outcome, run.metrics, limits)
-            return known[tested] is None
+                known[tested] = find_miss(run.outcome, run.metrics, limits), run
+            return known[tested][0] is None
 
         crossing = first_crossing(holds, axis.first, axis.span, tolerance, axis.growth)
         end = experiment(axis.span if crossing.misses is None else crossing.misses)
-        return Edge(label, axis, crossing, end, known[end])
+        return Edge(label, axis, crossing, end, known[end][0], known[experiment(0.0)][1])
 
     work = [(label, _resolved(axis, bases[label])) for label in laws for axis in axes]
     for label, axis in work:

@@ -14,6 +14,7 @@ The keys of the JSON object are stable:
                  none), ``by`` (metric that exceeds its bound there the most, ``outcome`` for a run that did not
                  complete, null where none missed), ``reason`` (the same in words), ``tested`` (how many runs),
                  ``command`` (replays the first miss, or the run at the limit)
+``warnings``     sentences about what makes the runs of the nominal wrist doubtful, where each search begins
 ``versions``     of the packages and the platform
 ``files``        names of the files written
 ``wall_time_s``  time that all runs took
@@ -31,6 +32,8 @@ from spherical_wrist.comparison.ranking import ranks
 from spherical_wrist.errors import ParameterError
 from spherical_wrist.experiment.axes import Axis
 from spherical_wrist.experiment.command import command_of
+from spherical_wrist.measure.warnings import summarized
+from spherical_wrist.simulation.rollouts import RolloutResult
 from spherical_wrist.simulation.run import versions
 
 OUTCOME = "outcome"
@@ -73,10 +76,25 @@ def to_dict(
             }
             for law in order(edges, laws, axes)
         ],
+        "warnings": _warnings(edges),
         "versions": versions(),
         "files": [],
         "wall_time_s": wall_time,
     }
+
+
+def _warnings(edges: Sequence[Edge]) -> list[str]:
+    """Return the warnings of the runs at the base of the axes that completed; most axes of a law share one."""
+    done: dict[str, RolloutResult] = {}
+    for edge in edges:
+        if (
+            edge.base is not None
+            and not edge.base.outcome.status.lost
+            and all(edge.base.metrics != run.metrics for run in done.values())
+        ):
+            done[f"the nominal wrist with {edge.law}, where axis {edge.axis.name} begins"] = edge.base
+    metrics = {name: run.metrics for name, run in done.items()}
+    return list(summarized(metrics, {name: run.warnings for name, run in done.items()}))
 
 
 def order(edges: Sequence[Edge], laws: Laws, axes: Sequence[Axis]) -> list[str]:

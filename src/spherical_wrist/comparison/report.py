@@ -48,7 +48,7 @@ from spherical_wrist.comparison.results import CaseStanding, Cell, Comparison, S
 from spherical_wrist.errors import ParameterError
 from spherical_wrist.experiment.command import command_of
 from spherical_wrist.experiment.randomness import is_random
-from spherical_wrist.measure.metrics import METRICS, Metrics
+from spherical_wrist.measure.metrics import METRICS
 from spherical_wrist.measure.warnings import summarized
 from spherical_wrist.simulation.run import versions
 
@@ -100,7 +100,7 @@ def to_dict(comparison: Comparison, suite: str) -> dict[str, Any]:
             for case in comparison.cases
         ],
         "cells": cells(comparison),
-        "warnings": list(summarized(_completed(comparison))),
+        "warnings": _warnings(comparison),
         "versions": versions(),
         "files": [],
         "wall_time_s": comparison.wall_time,
@@ -163,14 +163,16 @@ def _finite(value: float) -> float | None:
     return value if isfinite(value) else None
 
 
-def _completed(comparison: Comparison) -> dict[str, Metrics]:
-    """Return the metrics of the runs that were not lost, by law and case in words."""
+def _warnings(comparison: Comparison) -> list[str]:
+    """Return the warnings of the runs that were not lost."""
     several = {case: len(seeds) > 1 for case, seeds in comparison.seeds.items()}
-    return {
-        f"{cell.law} on {cell.case}{f' (seed {cell.seed})' if several[cell.case] else ''}": cell.metrics
+    done = {
+        f"{cell.law} on {cell.case}{f' (seed {cell.seed})' if several[cell.case] else ''}": cell
         for cell in comparison.cells.values()
         if not cell.lost
     }
+    metrics = {name: cell.metrics for name, cell in done.items()}
+    return list(summarized(metrics, {name: cell.warnings for name, cell in done.items()}))
 
 
 def cells(comparison: Comparison) -> list[dict[str, Any]]:

@@ -39,6 +39,7 @@ class Cell(NamedTuple):
         outcome: outcome of the run.
         metrics: metrics of the run.
         recording: file of the recording; None if there is none.
+        warnings: warnings of the run.
     """
 
     law: str
@@ -48,6 +49,7 @@ class Cell(NamedTuple):
     outcome: Outcome
     metrics: Metrics
     recording: Path | None = None
+    warnings: tuple[str, ...] = ()
 
     @property
     def lost(self) -> bool:

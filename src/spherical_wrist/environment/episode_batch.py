@@ -1,6 +1,7 @@
 """Batch of episodes, each with its own plant, stepped together in one compiled call."""
 
-from collections.abc import Mapping
+import warnings
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from itertools import pairwise
 from typing import Any
@@ -16,6 +17,7 @@ from spherical_wrist.environment.task import Task, check_count
 from spherical_wrist.errors import ParameterError, one_line
 from spherical_wrist.experiment.description import Experiment
 from spherical_wrist.loop.compiler import entry
+from spherical_wrist.loop.loop import RAISED
 from spherical_wrist.loop.rollout import UNFINISHED
 from spherical_wrist.prepare.cache import Models, RunCache
 from spherical_wrist.prepare.nominal import NominalModel
@@ -62,11 +64,12 @@ class EpisodeBatch:
         self._records, self._samples = np.zeros(num_envs, EPISODE_RECORD), np.zeros(num_envs, dtype=np.int64)
         self.results = np.zeros(num_envs, STEP_RESULT)
         self.observations = np.zeros((num_envs, MEASURED_SIZE + len(task.actions.names)))
-        compiled = entry(step_episodes, EPISODE_RECORD, STEP_RESULT, np.float64)
-        arrays = (self._records, self.results, self.observations)
-        self._calls = [compiled.bound(*(array[part] for array in arrays)) for part in self._thread_slices]
+        self._compiled = entry(step_episodes, EPISODE_RECORD, STEP_RESULT, np.float64)
+        self._calls: dict[tuple[int, int], Callable[[], Any]] = {}
+        self._faults: dict[int, Exception] = {}
         self.episodes: dict[int, EpisodeRollout] = {}
         self.infos: dict[int, dict[str, Any]] = {}
+        self._given: set[str] = set()
 
     @property
     def time(self) -> Array:
@@ -91,7 +94,7 @@ class EpisodeBatch:
         }
 
     def reset(self, experiments: Mapping[int, Experiment]) -> None:
-        """Begin new episodes.
+        """Begin new episodes. What is doubtful about their model or motion is a Python warning.
 
         Args:
             experiments: experiments of the new episodes, by index of the environment.
@@ -105,10 +108,18 @@ class EpisodeBatch:
             plant.perturb(experiment.perturbation)
             models = Models(self._task.nominal, plant.model, plant.data, nominal)
             self.episodes[index] = EpisodeRollout(experiment, self._task, self._cache, models, self._packed[index])
+            self._warn(self.episodes[index].loop.warnings)
             self._records[index] = self.episodes[index].initial_record()[0]
             self._samples[index] = self.episodes[index].samples
             self.observations[index] = 0.0
         self._run()
+
+    def _warn(self, texts: Sequence[str]) -> None:
+        """Give each warning about the model or the motion once."""
+        for text in texts:
+            if text not in self._given:
+                self._given.add(text)
+                warnings.warn(text, RuntimeWarning, stacklevel=4)
 
     def step(self, actions: npt.ArrayLike, skipped: npt.NDArray[np.bool_] | None = None) -> None:
         """Hold an action on each environment for ``frame_skip`` control periods, or to the end of its episode.
@@ -119,7 +130,7 @@ class EpisodeBatch:
 
         Raises:
             ParameterError: the actions have another shape, or are not finite.
-            LawError: the law raises, or writes a torque that is not finite.
+            LawError: the law raises, or writes a torque that is not finite, at the first instant of an episode.
         """
         clipped, frame_skip = self._clipped(actions, skipped), self._task.frame_skip
         self._records["periods"] = frame_skip if skipped is None else np.where(skipped, -1, frame_skip)
@@ -134,7 +145,8 @@ class EpisodeBatch:
         """Collect the infos of episodes that have ended, and sample inputs for those that need more."""
         results = self.results
         for index in map(int, np.flatnonzero(results["terminated"] | results["truncated"])):
-            self.infos[index] = self.episodes[index].final_info(int(self._records[index]["remaining"]), results[index])
+            remaining, fault = int(self._records[index]["remaining"]), self._faults.get(index)
+            self.infos[index] = self.episodes[index].final_info(remaining, results[index], fault)
         for index in map(int, np.flatnonzero(results["needs_inputs"])):
             self.episodes[index].refill(self._records[index])
 
@@ -161,10 +173,37 @@ class EpisodeBatch:
         return np.minimum(1.0, np.maximum(-1.0, given, out=given), out=given)
 
     def _run(self) -> int:
+        """Run all episodes, and return how many have ended or need more inputs."""
+        self._faults.clear()
         with warnings_kept_in_data():
-            try:
-                return sum((self._pool.map if self._pool else map)(lambda call: call(), self._calls))
-            except Exception as error:  # only a law can raise in the loop, and it can raise anything
-                for index in np.flatnonzero(self.results["status"] == UNFINISHED):
-                    self.episodes[int(index)].loop.raise_law_error(f"raised {type(error).__name__}: {one_line(error)}")
-                raise
+            return sum((self._pool.map if self._pool else map)(self._run_slice, self._thread_slices))
+
+    def _run_slice(self, part: slice) -> int:
+        """Run the episodes of one thread; one whose law raises ends, and the others go on."""
+        try:
+            return int(self._call(part)())
+        except Exception as error:  # only a law can raise in the loop, and it can raise anything
+            failed = part.start + int((self.results["status"][part] == UNFINISHED).argmax())
+            record, result, alone = self._records[failed], self.results[failed], slice(failed, failed + 1)
+            self._faults[failed] = error
+            self.episodes[failed].record_fault(record)
+            record["periods"] = 0  # only its result and observation are written
+            self._call(alone)()
+            result["status"], result["terminated"], result["needs_inputs"] = RAISED, True, False
+            return self._changed(slice(part.start, failed)) + 1 + self._run_rest(slice(failed + 1, part.stop))
+
+    def _run_rest(self, part: slice) -> int:
+        return self._run_slice(part) if part.start < part.stop else 0
+
+    def _changed(self, part: slice) -> int:
+        """Count the episodes that have ended or need more inputs."""
+        results = self.results[part]
+        return int((results["terminated"] | results["truncated"] | results["needs_inputs"]).sum())
+
+    def _call(self, part: slice) -> Callable[[], Any]:
+        """Return the compiled step of some episodes; that of a thread is kept, because making it takes time."""
+        key = part.start, part.stop
+        if key not in self._calls:
+            arrays = (self._records, self.results, self.observations)
+            self._calls[key] = self._compiled.bound(*(array[part] for array in arrays))
+        return self._calls[key]

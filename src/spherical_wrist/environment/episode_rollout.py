@@ -11,6 +11,7 @@ from spherical_wrist.experiment.description import Experiment
 from spherical_wrist.loop.addresses import array_address, array_addresses
 from spherical_wrist.loop.loop import LOG
 from spherical_wrist.loop.rollout import LogMemory, fill_run_record
+from spherical_wrist.measure.logged import Logged
 from spherical_wrist.prepare.cache import Models, RunCache
 from spherical_wrist.prepare.closed_loop import prepare
 from spherical_wrist.simulation.metric_accumulator import MetricAccumulator
@@ -89,17 +90,36 @@ class EpisodeRollout:
         record["run"]["inputs"] = array_addresses(self._inputs)
         record["offset"] = 0
 
-    def final_info(self, remaining: int, result: Any) -> dict[str, Any]:
+    def record_fault(self, record: Any) -> None:
+        """Count the periods of a call in which the law raised, and add them to the metrics.
+
+        Their number follows from the time that the law was told.
+
+        Args:
+            record: EPISODE_RECORD of this episode, updated.
+        """
+        parts, inputs, offset = self.loop.parts, self._inputs, int(record["offset"])
+        signal, settings, memory = parts.signal[0], parts.settings[0], self._memory
+        done = round(float(signal["time"] / settings["period"])) - int(settings["first"])
+        disturbance = inputs.disturbance[:: int(settings["substeps"])]
+        rows = (array[offset : offset + done] for array in (inputs.time, inputs.desired, disturbance))
+        self._metrics.add(Logged(*rows, *(array[:done] for array in memory)))
+        settings["first"] += done
+        record["offset"] += done
+        record["remaining"] -= done
+
+    def final_info(self, remaining: int, result: Any, fault: Exception | None = None) -> dict[str, Any]:
         """End the episode, and return the info of its last step: metrics, outcome, and reason.
 
         Args:
             remaining: control periods that were not simulated.
             result: STEP_RESULT record of the last step.
+            fault: exception that the law raised.
 
         Raises:
-            LawError: the law wrote a torque that is not finite at the first instant.
+            LawError: the law raised, or wrote a torque that is not finite, at the first instant.
         """
-        self.loop.record_progress(self.samples - remaining - self.loop.sample, int(result["status"]))
+        self.loop.record_progress(self.samples - remaining - self.loop.sample, int(result["status"]), fault)
         metrics = {name: value for name, value in self._metrics.result().items() if value is not None}
         outcome = self.loop.outcome
         if outcome is None or (result["out_of_bounds"] and outcome.status == "completed"):

@@ -110,7 +110,7 @@ class TrackEnv(gymnasium.Env[npt.NDArray[Any], npt.NDArray[Any]], EzPickle):
         Raises:
             ResetNeeded: the episode has ended, or has not begun.
             ParameterError: the action has a wrong shape, or is not finite.
-            LawError: the law raises, or writes a torque that is not finite.
+            LawError: the law raises, or writes a torque that is not finite, at the first instant.
         """
         if self._over:
             raise ResetNeeded("the episode has ended, or has not begun: call reset() first")

@@ -121,7 +121,7 @@ class TrackVectorEnv(VectorEnv[Array, npt.NDArray[Any], npt.NDArray[Any]], EzPic
         Raises:
             ResetNeeded: an episode has not begun; or one has ended, and the autoreset mode is ``"Disabled"``.
             ParameterError: the actions have a wrong shape, or are not finite.
-            LawError: the law raises, or writes a torque that is not finite.
+            LawError: the law raises, or writes a torque that is not finite, at the first instant.
         """
         batch, over = self._batch, self._over
         if len(batch.episodes) < self.num_envs or (self._mode is AutoresetMode.DISABLED and over.any()):

@@ -9,11 +9,12 @@ helps. ``Run.warnings`` has those of one run, from three sources:
 
 To contribute a check of a run, add an entry to :data:`CHECKS`, over a metric of
 :data:`spherical_wrist.measure.metrics.METRICS`. Everything else follows: the line on the error stream, ``--json``, the
-recording and its views, comparisons and campaigns, which count the runs, and ``wrist list``.
+recording and its views, comparisons, frontiers, tuning and campaigns, which count the runs, and ``wrist list``.
 """
 
-from collections.abc import Iterable, Mapping
-from typing import NamedTuple
+import re
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any, NamedTuple
 
 from spherical_wrist.measure.metrics import METRICS
 
@@ -49,7 +50,7 @@ class Check(NamedTuple):
 
     def sentence(self, metrics: Mapping[str, float | None]) -> str:
         """Return the warning of one run."""
-        return f"{self.event} {self._size(metrics)}: {self.advice}"
+        return f"{self.event} {self._size(metrics[self.metric])}: {self.advice}"
 
     def summary(self, runs: Mapping[str, Mapping[str, float | None]]) -> str:
         """Return the warning of several runs together: the number of those affected, and the worst of them.
@@ -59,12 +60,21 @@ class Check(NamedTuple):
         """
         found = [name for name, metrics in runs.items() if self.found(metrics)]
         worst = max(found, key=lambda name: runs[name][self.metric] or 0.0)
-        which = f"{len(found)} of {len(runs)} runs, most in {worst} {self._size(runs[worst])}"
-        return f"{self.event} in {which}: {self.advice}"
+        return self.counted(f"{len(found)} of {len(runs)} runs", worst, runs[worst][self.metric])
 
-    def _size(self, metrics: Mapping[str, float | None]) -> str:
+    def counted(self, affected: str, worst: str, value: float | None) -> str:
+        """Return the warning of several runs.
+
+        Args:
+            affected: how many of how many runs.
+            worst: words for the worst of them.
+            value: its value of the metric.
+        """
+        return f"{self.event} in {affected}, most in {worst} {self._size(value)}: {self.advice}"
+
+    def _size(self, value: float | None) -> str:
         metric = METRICS[self.metric]
-        shown = metric.shown_value(metrics[self.metric])
+        shown = metric.shown_value(value)
         return self.size.format(value=f"{shown:.3g} {metric.shown_unit}".strip())
 
 
@@ -96,13 +106,55 @@ def warnings_of(metrics: Mapping[str, float | None]) -> tuple[str, ...]:
     return tuple(check.sentence(metrics) for check in CHECKS.values() if check.found(metrics))
 
 
-def summarized(runs: Mapping[str, Mapping[str, float | None]]) -> tuple[str, ...]:
-    """Return the warnings of several finished runs together, one for each check.
+NUMBER = re.compile(r"\d[\d.]*(?:e[-+]?\d+)?")
+"""Figures of a sentence, in which warnings of the same kind differ."""
+
+
+def summarized(
+    runs: Mapping[str, Mapping[str, float | None]], warnings: Mapping[str, Iterable[str]] | None = None
+) -> tuple[str, ...]:
+    """Return the warnings of several finished runs together, one for each kind.
 
     Args:
         runs: metrics of all the runs, by words for each.
+        warnings: warnings of these runs, with those of models and motions; None for those of the metrics alone.
     """
-    return tuple(check.summary(runs) for check in CHECKS.values() if any(map(check.found, runs.values())))
+    kinds: dict[str, dict[str, str]] = {}
+    for name, given in (warnings or {}).items():
+        own = warnings_of(runs[name])
+        for text in given:
+            if text not in own:
+                kinds.setdefault(NUMBER.sub("#", text), {}).setdefault(name, text)
+    others = (_together(found, len(runs)) for found in kinds.values())
+    return (*others, *(check.summary(runs) for check in CHECKS.values() if any(map(check.found, runs.values()))))
+
+
+def _together(found: Mapping[str, str], total: int) -> str:
+    """Return one warning for those of one kind, by words for the runs that have it."""
+    name, text = next(iter(found.items()))
+    if len(found) == total and len(set(found.values())) == 1:
+        return text
+    return f"in {len(found)} of {total} runs, such as {name}: {text}"
+
+
+def summarized_table(query: Callable[[str], list[dict[str, Any]]]) -> tuple[str, ...]:
+    """Return the warnings of the finished runs of a table of episodes.
+
+    Args:
+        query: returns the rows of an SQL query; the table is ``episodes``, with a column for each metric.
+    """
+    said = []
+    for check in CHECKS.values():
+        rows = query(
+            f"SELECT count(*) AS runs, count(*) FILTER ({check.metric} > {check.limit!r}) AS found, "
+            f"max({check.metric}) AS largest, arg_max(id, {check.metric}) AS worst FROM episodes "
+            "WHERE outcome = 'completed'"
+        )
+        [row] = rows
+        if row["found"]:
+            affected = f"{row['found']:,} of {row['runs']:,} episodes"
+            said.append(check.counted(affected, f"episode {row['worst']}", row["largest"]))
+    return tuple(said)
 
 
 def without_repeats(warnings: Iterable[str]) -> tuple[str, ...]:

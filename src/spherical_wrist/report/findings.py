@@ -10,6 +10,7 @@ of an interval that is open, are null:
                   ``experiment`` (what every episode starts from), ``file`` (the campaign file as it was given)
 ``versions``      of the packages and the platform that the episodes come from
 ``odd``           files in the folder that were not trusted, and why
+``warnings``      what makes the figures of episodes that completed doubtful: how many of them, and the worst
 ``intervals``     whether intervals are given: not of a grid, whose points are no draws
 ``confidence``    of the intervals
 ``bound_mm``      the bound on the tip error
@@ -33,6 +34,7 @@ from typing import Any, NamedTuple
 from spherical_wrist.campaign.folder import GIVEN, Folder
 from spherical_wrist.campaign.store import Column, columns, python_warning
 from spherical_wrist.errors import ParameterError
+from spherical_wrist.measure.warnings import summarized_table
 from spherical_wrist.parameters import Parameters, unit_of
 from spherical_wrist.report.intervals import CONFIDENCE
 from spherical_wrist.report.questions import against, bands, counts, curve, quantiles, worst
@@ -84,6 +86,7 @@ def findings(
             "campaign": _campaign(folder, sum(row["episodes"] for row in laws.values())),
             "versions": dict(folder.versions),
             "odd": list(table.odd),
+            "warnings": list(summarized_table(table.named)),
             "intervals": not grid,
             "confidence": CONFIDENCE,
             "bound_mm": bound,

@@ -2,11 +2,13 @@
 
 from collections.abc import Mapping, Sequence
 from math import pi
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 from spherical_wrist.comparison.ranking import SMALLEST, geometric_mean
 from spherical_wrist.errors import ParameterError
 from spherical_wrist.loop.outcome import Status
+from spherical_wrist.measure.warnings import CHECKS
 from spherical_wrist.simulation.rollouts import RolloutResult
 
 WORST = (pi, 1e6)
@@ -21,12 +23,14 @@ class Figures(NamedTuple):
         rms_error_rad: RMS attitude error; None where the case was not completed, like the others.
         max_tip_error_mm: largest tip error.
         chattering_Nm_per_s: chattering.
+        doubts: metrics that make the figures doubtful, by name; see :mod:`spherical_wrist.measure.warnings`.
     """
 
     outcome: str
     rms_error_rad: float | None = None
     max_tip_error_mm: float | None = None
     chattering_Nm_per_s: float | None = None
+    doubts: Mapping[str, float | None] = MappingProxyType({})
 
     @classmethod
     def of(cls, run: RolloutResult, case: str, bound: float | None = None) -> "Figures":
@@ -47,7 +51,8 @@ class Figures(NamedTuple):
             raise ParameterError(f"case {case!r} has nothing to measure: let its duration reach into the steady window")
         if bound is not None and metrics.max_tip_error_mm is not None and metrics.max_tip_error_mm > bound:
             return cls("missed")
-        return cls("completed", metrics.rms_error_rad, metrics.max_tip_error_mm, metrics.chattering_Nm_per_s)
+        doubts = {check.metric: metrics[check.metric] for check in CHECKS.values() if check.found(metrics)}
+        return cls("completed", metrics.rms_error_rad, metrics.max_tip_error_mm, metrics.chattering_Nm_per_s, doubts)
 
 
 class Score(NamedTuple):
@@ -89,7 +94,10 @@ class Score(NamedTuple):
 
     def to_plain(self) -> dict[str, Any]:
         """The score as plain data, from which :meth:`from_plain` makes it again, bit for bit."""
-        return {"cases": {name: list(each) for name, each in self.cases.items()}, "refused": self.refused}
+        return {
+            "cases": {name: [*each[:-1], dict(each.doubts)] for name, each in self.cases.items()},
+            "refused": self.refused,
+        }
 
     @classmethod
     def from_plain(cls, plain: Mapping[str, Any]) -> "Score":

@@ -17,6 +17,7 @@ The JSON object has these keys, which stay as they are:
 ``calm``         number of the trial with the least chattering of those with no larger error than the default gains
 ``front``        the points that no other one beats in both, the least chattering first
 ``others``       ``trial``, ``rms_error_rad``, ``chattering_Nm_per_s`` of all other feasible trials
+``warnings``     what makes the figures of the default gains and of those on the front doubtful
 ``versions``     of the packages and the platform that the study was begun with
 ``files``        names of the files in the folder of the study
 ``wall_time_s``  time that the last part of the search took
@@ -25,14 +26,16 @@ The JSON object has these keys, which stay as they are:
 A point has ``trial`` (its number; 0 for the default gains), ``file``, ``values`` (by name of the parameter),
 ``parameters`` (all of the law's), ``rms_error_rad`` and ``chattering_Nm_per_s`` (geometric means over the cases),
 ``error_ratio`` and ``chattering_ratio`` (to the default gains), ``max_tip_error_mm`` (the largest of all cases), and
-``cases`` (by name: ``outcome``, ``rms_error_rad``, ``max_tip_error_mm``, ``chattering_Nm_per_s``). A point that did not
-complete every case has null for the means.
+``cases`` (by name: ``outcome``, ``rms_error_rad``, ``max_tip_error_mm``, ``chattering_Nm_per_s``, and ``doubts``:
+metrics that a warning is about). A point that did not complete every case has null for the means.
 """
 
+from collections.abc import Sequence
 from typing import Any
 
 from spherical_wrist.comparison.ranking import pareto_front
 from spherical_wrist.errors import ParameterError
+from spherical_wrist.measure.warnings import summarized
 from spherical_wrist.tuning.search import SearchResult
 from spherical_wrist.tuning.study import Trial
 
@@ -70,10 +73,25 @@ def summary_of(result: SearchResult) -> dict[str, Any]:
             for number, trial in feasible.items()
             if number not in on_front
         ],
+        "warnings": _warnings([default, *front]),
         "versions": dict(result.versions),
         "files": [],
         "wall_time_s": result.wall_time,
     }
+
+
+def _warnings(trials: Sequence[Trial]) -> list[str]:
+    """Return the warnings of the default gains and of those on the front."""
+    return list(
+        summarized(
+            {
+                f"{'the default gains' if trial.number == 0 else f'trial {trial.number}'} on {name}": figures.doubts
+                for trial in trials
+                for name, figures in trial.score.cases.items()
+                if figures.rms_error_rad is not None
+            }
+        )
+    )
 
 
 def front_of(result: SearchResult) -> list[Trial]:
@@ -129,7 +147,7 @@ def _point(result: SearchResult, trial: Trial, on_front: bool) -> dict[str, Any]
         "error_ratio": score.error / default.error if both else None,
         "chattering_ratio": score.chattering / default.chattering if both else None,
         "max_tip_error_mm": score.tip_error,
-        "cases": {name: figures._asdict() for name, figures in score.cases.items()},
+        "cases": {name: {**each._asdict(), "doubts": dict(each.doubts)} for name, each in score.cases.items()},
     }
 
 
