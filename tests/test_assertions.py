@@ -23,7 +23,7 @@ from spherical_wrist.comparison import family as families
 from spherical_wrist.control import PD, ComputedTorque, Law
 from spherical_wrist.disturbance import Sinusoid
 from spherical_wrist.errors import ParameterError, WristError
-from spherical_wrist.loop.outcome import Outcome, Status
+from spherical_wrist.loop.outcome import Status
 from spherical_wrist.measure.metrics import METRICS, Metrics
 
 BRIEF = {"duration": 0.4}
@@ -62,7 +62,7 @@ def replay(monkeypatch, capsys, lines):
 def test_where_it_holds_every_run_comes_back():
     results = assert_tracks("pd", max_tip_error_mm=50.0, family=GRID, experiment=BRIEF)
     expected = [
-        Experiment(law="pd", mass_scale=mass, disturbance={"name": shape, "level": level}, **BRIEF)
+        Experiment(law="pd", mass_scale=mass, disturbance={"name": shape, "level": level}, bound=50.0, **BRIEF)
         for mass, (level, shape) in product((1.0, 1.5), ((0.1, "constant"), (0.1, "sinusoid"), (0.0, "constant")))
     ]
     assert [result.experiment for result in results] == expected
@@ -84,7 +84,8 @@ def test_the_worst_wrist_is_the_worst_and_its_command_reproduces_its_figure(monk
 
 
 def test_of_several_bounds_the_one_that_is_missed_most_decides():
-    one = Tracked(Experiment(), Outcome(Status.COMPLETED, 1.0), simulate(Experiment(**BRIEF)).metrics)
+    run = simulate(Experiment(**BRIEF))
+    one = Tracked(run.experiment, run.outcome, run.metrics, run.verdict)
     figures = (one.metrics.max_tip_error_mm, one.metrics.rms_error_rad)
     bounds = {"max_tip_error_mm": 2.0 * figures[0], "rms_error_rad": 0.25 * figures[1]}
     assert one.excess(bounds) == pytest.approx(4.0)
@@ -104,8 +105,9 @@ def test_a_run_that_diverges_misses_every_bound_and_is_worst(monkeypatch, capsys
 
 
 def test_no_figure_is_no_success():
-    none = Metrics(dict.fromkeys(METRICS))
-    assert Tracked(Experiment(), Outcome(Status.COMPLETED, 1.0), none).excess({"rms_error_rad": 1.0}) == np.inf
+    run = simulate(Experiment(**BRIEF))
+    none = Tracked(run.experiment, run.outcome, Metrics(dict.fromkeys(METRICS)), run.verdict)
+    assert none.excess({"rms_error_rad": 1.0}) == np.inf
 
 
 def test_a_law_of_the_test_file_is_replayed_from_it(monkeypatch, capsys):

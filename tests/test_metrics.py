@@ -28,10 +28,12 @@ from spherical_wrist.inspection.consistency import inspect
 from spherical_wrist.loop.engine import compiled_engine, interpreted_engine
 from spherical_wrist.measure.logged import channels_of
 from spherical_wrist.measure.metrics import (
+    COILS,
     EVENTS,
     MEAN,
     METRICS,
     QUANTITIES,
+    SURFACE,
     Metric,
     Metrics,
     MetricSettings,
@@ -46,7 +48,7 @@ from spherical_wrist.simulation.rollouts import roll_out
 
 PERIOD, LEVER = 0.001, (0.0, 0.0, -0.1)
 WITH_ALL = Experiment(
-    actuation="spherical_motor", sensing="realistic", duration=0.6, steady_from=0.02, initial_error=0.8
+    actuation="spherical_motor", sensing="realistic", duration=0.6, steady_from=0.02, initial_error=0.8, bound=100.0
 )
 """Experiment with a sliding surface, coils, and sensors and motors that are not ideal."""
 
@@ -69,9 +71,10 @@ def truth(run):
     ]
     error, tip_error, torque = length
     lever = np.array(settings.lever)
+    away = 1e3 * np.linalg.norm(run.tip - run.desired_tip, axis=1)
     tool = Rotation.from_quat(run.attitude[steady], scalar_first=True).apply(lever)
     cosine = tool @ lever / np.linalg.norm(tool, axis=1) / np.linalg.norm(lever)
-    command = run.command[steady]
+    command, motors = run.command[steady], experiment.nominal()
     inside = (np.abs(run.surface) <= settings.boundary_layer).all(axis=1)
     current, condition = run.current[steady], run.condition[steady]
     return {
@@ -79,6 +82,13 @@ def truth(run):
         "max_error_rad": error.max(),
         "rms_tip_error_mm": np.sqrt(np.mean(tip_error**2)),
         "max_tip_error_mm": tip_error.max(),
+        "max_tip_error_at_s": run.time[steady][tip_error.argmax()],
+        "settling_time_s": run.time[np.flatnonzero(away > settings.bound)[-1] + 1],
+        "motor_use_fraction": max(
+            (command @ np.linalg.inv(motors.motors).T / motors.upper).max(),
+            (command @ np.linalg.inv(motors.motors).T / motors.lower).max(),
+            np.abs(current).max() / experiment.actuation.current_limit,
+        ),
         "chattering_Nm_per_s": np.abs(np.diff(command, axis=0)).mean() / experiment.control_period,
         "peak_torque_Nm": torque.max(),
         "rms_torque_Nm": np.sqrt(np.mean(torque**2)),
@@ -164,9 +174,9 @@ def test_only_the_steady_window_counts():
     assert found.max_error_rad == pytest.approx(np.sqrt(3.0))
 
 
-def test_a_run_that_ends_before_the_window_has_no_figures_but_the_reaching_time():
+def test_a_run_that_ends_before_the_window_has_no_figures_but_times_of_the_whole_run():
     found = compute_metrics(series(10), settings(steady_from=1.0, layer=(1.0, 1.0, 1.0)))
-    assert {name for name, value in found.items() if value is not None} == {"reaching_time_s"}
+    assert {name for name, value in found.items() if value is not None} == {"reaching_time_s", "settling_time_s"}
     assert compute_metrics(series(1), settings()).chattering_Nm_per_s is None
 
 
@@ -247,7 +257,7 @@ def test_compiled_and_interpreted_agree_to_the_last_bit(law):
 def test_a_run_has_the_metrics_that_its_settings_say():
     plain = simulate(Experiment(law="pd", duration=0.05)).metrics
     assert list(plain) == list(METRICS)
-    lacking = {name for name, metric in METRICS.items() if metric.needs.runs != "all"}
+    lacking = {name for name, metric in METRICS.items() if metric.needs in (SURFACE, COILS)}
     assert {name for name in plain if name not in plain.available} == lacking
     assert all(plain[name] is None for name in lacking)
     with pytest.raises(AttributeError, match="rms_eror"):
@@ -325,10 +335,11 @@ def check_everywhere(name, run, capsys):
     metric, value = METRICS[name], run.metrics[name]
     assert value is not None
     shown = f"{metric.shown_value(value):.{metric.digits}g}"
-    [row] = [line for line in printed(metrics_table({"": run.metrics})).splitlines() if f" {metric.label} " in line]
+    lines = printed(metrics_table({"": run.metrics}, 100)).splitlines()
+    [row] = [line for line in lines if line.startswith(f"{metric.label}  ")]
     assert metric_figure(name, value) in row
     assert metric.shown_unit in row
-    entry = f"| {metric.label} | {f'**{shown}** {metric.shown_unit}'.rstrip()} |"
+    entry = f"| {metric.label} | {f'**{shown}** {metric.shown_unit}'.rstrip()} | {metric.note} |"
     assert entry in metrics_text(properties_of(run), len(run), 1)
     assert run_summary(run, None)["metrics"][name] == value
     cell = dict.fromkeys(("law", "case", "rank", "outcome", "ended_at_s", "error_ratio", "chattering_ratio", "command"))
@@ -384,7 +395,7 @@ def test_an_older_recording_lacks_a_new_metric_without_complaint(register, tmp_p
     assert "mean_tilt_rad" not in found.run.metrics.available
     assert found.run.metrics.mean_tilt_rad is None
     assert found.recomputed.mean_tilt_rad > 0.0
-    assert "tilt, mean" not in printed(metrics_table({"": found.run.metrics}))
+    assert "tilt, mean" not in printed(metrics_table({"": found.run.metrics}, 100))
     record(simulate(WITH_ALL), tmp_path / "new.rrd")
     assert load_recording(tmp_path / "new.rrd").metrics.mean_tilt_rad == found.recomputed.mean_tilt_rad
     inspect(tmp_path / "new.rrd").check()

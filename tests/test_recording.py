@@ -285,7 +285,17 @@ def test_limits_of_a_constant(value):
 
 def test_text_says_what_matters():
     text = experiment_text(PROPERTIES["experiment"]) + summary.metrics_text(PROPERTIES, 50, 4)
-    for part in ("**pd**", "lissajous", "constant", "level 0.3", "seed | 7", "diverged", "rad", "every 4th", "50 rows"):
+    for part in (
+        "**pd**",
+        "lissajous",
+        "constant",
+        "level 30 %",
+        "seed | 7",
+        "diverged",
+        "rad",
+        "every 4th",
+        "50 rows",
+    ):
         assert part in text
     assert "attitude error, RMS | **0.3333** rad" in text
     assert title(PROPERTIES["experiment"]) == "pd · lissajous"
@@ -308,7 +318,7 @@ def test_hardware_has_plots_where_it_is_not_ideal_and_only_there(tmp_path, names
     series = with_extras(30, names, surface=surface)
     write_recording(tmp_path / "run.rrd", series, WRIST, PROPERTIES)
     found = {entity.removeprefix("/plots/") for entity in entities_of(tmp_path / "run.rrd") if "/plots/" in entity}
-    assert found - {"error", "rate_error", "surface", "slope", "torque", "disturbance"} == plots
+    assert found - {"tip_error", "error", "rate_error", "surface", "slope", "torque", "disturbance"} == plots
     assert ("surface" in found) == surface
 
 
@@ -347,7 +357,7 @@ def test_text_says_what_faults_the_hardware_has():
     assert "actuation" not in text
     late = {"sensing": Ideal(delay=0.002, rate_bias=0.1).model_dump(mode="json")}
     text = experiment_text(ideal | late)
-    assert "| sensing | **ideal** but for rate bias 0.1 rad/s |\n|  | delay 0.002 s |\n|  | timestamped yes |\n" in text
+    assert "| sensing | **ideal** but for rate bias 0.1 rad/s |\n|  | delay 0.002 s |\n|  | timestamped yes |" in text
     assert "noise" not in text
     motor = {"actuation": SphericalMotor(failed=[3, 5], cogging=1e-3).model_dump(mode="json")}
     text = experiment_text(ideal | motor)

@@ -38,6 +38,7 @@ from spherical_wrist.experiment.description import Experiment
 from spherical_wrist.loop.outcome import Outcome, Status
 from spherical_wrist.measure.metrics import Metrics
 from spherical_wrist.simulation.runner import Runner, Worker
+from spherical_wrist.simulation.verdict import Verdict
 
 __all__ = ["RandomWrists", "Tracked", "WristFamily", "WristGrid", "assert_tracks", "command_of"]
 
@@ -49,11 +50,13 @@ class Tracked(NamedTuple):
         experiment: what was run.
         outcome: how the run ended.
         metrics: how well it tracked.
+        verdict: verdict on the run, by the bound on the tip error that is asserted or else that of the experiment.
     """
 
     experiment: Experiment
     outcome: Outcome
     metrics: Metrics
+    verdict: Verdict
 
     def excess(self, bounds: Bounds) -> float:
         """The largest of the figures as a multiple of its bound; infinite where the run did not complete."""
@@ -95,7 +98,8 @@ def assert_tracks(
     limits = checked({name: bound for name, bound in bounds.items() if bound is not None})
     values = dict(experiment) if experiment is not None else {}
     wrists = family if family is not None else WristGrid()
-    work = wrists.experiments(Experiment(**{**values, "law": law}))
+    judged = {"bound": limits["max_tip_error_mm"]} if "max_tip_error_mm" in limits else {}
+    work = wrists.experiments(Experiment(**{**values, **judged, "law": law}))
     results = Runner(jobs).map(partial(_run, limits), work)
     missed = [result for result in results if result.excess(limits) > 1.0]
     if missed:
@@ -108,15 +112,15 @@ def assert_tracks(
 def _run(limits: Bounds, experiment: Experiment, worker: Worker) -> Tracked:
     run = worker.measure(experiment)
     require(limits, run.metrics)
-    return Tracked(experiment, run.outcome, run.metrics)
+    return Tracked(experiment, run.outcome, run.metrics, run.verdict)
 
 
 def _complaint(worst: Tracked, missed: int, total: int, bounds: Bounds, family: WristFamily) -> str:
     wanted = " and ".join(f"{name} ≤ {bound:g}" for name, bound in bounds.items())
+    found = str(worst.verdict)
     if worst.outcome.status is Status.COMPLETED:
-        found = ", ".join(_against(name, worst.metrics[name], bound) for name, bound in bounds.items())
-    else:
-        found = str(worst.outcome)
+        figures = (_against(name, worst.metrics[name], bound) for name, bound in bounds.items())
+        found = f"{', '.join(figures)}; {found}"
     values = ", ".join(f"{name}={value!r}" for name, value in family)
     return "\n".join(
         (

@@ -46,13 +46,14 @@ class Condition(StrEnum):
 class Place(IntEnum):
     """Place of a plot in the viewer, from top to bottom. ``SCENE`` and ``STORED`` have no plot."""
 
-    ERROR = 0
-    SURFACE = 1
+    TIP = 0
+    ERROR = 1
     TORQUE = 2
-    HARDWARE = 3
-    OTHER = 4
-    SCENE = 5
-    STORED = 6
+    SURFACE = 3
+    HARDWARE = 4
+    OTHER = 5
+    SCENE = 6
+    STORED = 7
 
     @property
     def has_plot(self) -> bool:
@@ -66,11 +67,12 @@ class Effect(StrEnum):
     ATTITUDE = "log(q⁻¹ ⊗ q_m)"
     SURPLUS = "channel − other"
     DEFICIT = "other − channel"
+    DISTANCE = "1000 |channel − other|"
 
 
 @dataclass(frozen=True, kw_only=True)
 class Fault:
-    """Plot that shows a channel as its difference from the channel that it would equal without faults.
+    """Plot that shows a channel as its difference from the channel that it would equal without faults or errors.
 
     Attributes:
         name: name of the plot.
@@ -213,7 +215,10 @@ _TABLE = (
     ),
     Channel(
         name="tip", unit="m", axes=XYZ, symbol="p", title="Tool tip", meaning="tool tip, world frame",
-        source=Source.DERIVED, when=Condition.ALWAYS, place=Place.SCENE,
+        source=Source.DERIVED, when=Condition.ALWAYS, place=Place.TIP,
+        fault=Fault(
+            name="tip_error", title="Tip error", symbol="|Δp|", unit="mm", other="desired_tip", effect=Effect.DISTANCE,
+        ),
     ),
     Channel(
         name="desired_tip", unit="m", axes=XYZ, symbol="p_d", title="Desired tool tip",

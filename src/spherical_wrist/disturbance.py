@@ -37,7 +37,11 @@ class Disturbance(Member):
     built_for_loop: ClassVar[bool] = False
 
     level: NonNegative = quantity(
-        0.25, "", "size as a fraction of the reference's peak nominal torque", acts_with={"amplitude": None}
+        0.25,
+        "",
+        "size as a fraction of the reference's peak nominal torque",
+        percent=True,
+        acts_with={"amplitude": None},
     )
     amplitude: NonNegative | None = quantity(None, "N·m", "size as a torque, instead of the level")
 

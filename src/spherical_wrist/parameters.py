@@ -55,7 +55,13 @@ else:
 
 
 def quantity(
-    default: Any, unit: str, meaning: str, *, gain: bool = True, acts_with: Mapping[str, Any] | None = None
+    default: Any,
+    unit: str,
+    meaning: str,
+    *,
+    gain: bool = True,
+    percent: bool = False,
+    acts_with: Mapping[str, Any] | None = None,
 ) -> Any:
     """Declare a parameter; the annotation of the field says which values are valid.
 
@@ -64,12 +70,15 @@ def quantity(
         unit: physical unit, ``""`` for a number without one.
         meaning: one line for tables and help.
         gain: False for a positive number or vector of a law that nobody tunes, such as a limit of the motors.
+        percent: True for a fraction that people think of in per cent, and that summaries show so.
         acts_with: of a parameter that has an effect only beside others: their names, each with the value that it
             must have, or ``True`` for any value but zero, false and empty. One of them is enough.
     """
     extra: dict[str, Any] = {"unit": unit}
     if not gain:
         extra["gain"] = False
+    if percent:
+        extra["percent"] = True
     if acts_with:
         extra["acts_with"] = dict(acts_with)
     return Field(default, description=meaning, json_schema_extra=extra)
@@ -88,6 +97,11 @@ def unit_of(model: type[BaseModel], name: str) -> str:
 def is_gain(model: type[BaseModel], name: str) -> bool:
     """Return False if a field is declared as no gain."""
     return bool(_declared(model, name, "gain", True))
+
+
+def is_percentage(model: type[BaseModel], name: str) -> bool:
+    """Return True if a field is declared as a fraction that is shown in per cent."""
+    return bool(_declared(model, name, "percent", False))
 
 
 def matters(model: type[BaseModel], name: str, values: Mapping[str, Any]) -> bool:

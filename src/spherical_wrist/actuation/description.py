@@ -82,7 +82,9 @@ class SphericalMotor(Actuation):
     failure_known: bool = quantity(
         False, "", "the allocation does without the failed coils", acts_with={"failed": True}
     )
-    strength_error: NonNegative = quantity(0.0, "", "relative standard deviation of the coils' strengths, not known")
+    strength_error: NonNegative = quantity(
+        0.0, "", "relative standard deviation of the coils' strengths, not known", percent=True
+    )
 
     @property
     def ideal(self) -> bool:

@@ -12,14 +12,12 @@ from matplotlib.figure import Figure
 from spherical_wrist.api.sweep import CampaignResults
 from spherical_wrist.api.view import Content, Summary, View, as_json
 from spherical_wrist.campaign.summary import FIGURES, QUANTILES
-from spherical_wrist.comparison.bounds import BOUNDS
+from spherical_wrist.measure.bound import BOUND
 from spherical_wrist.measure.metrics import METRICS
 from spherical_wrist.picture_style import STYLE, law_looks
 from spherical_wrist.plain_text import literal
 from spherical_wrist.report.findings import findings
 from spherical_wrist.report.page import page
-
-BOUND = BOUNDS["max_tip_error_mm"]
 
 
 class CampaignView(View[CampaignResults]):

@@ -11,7 +11,6 @@ from matplotlib.figure import Figure
 from spherical_wrist.api.view import Content, Summary, View, as_json, library
 from spherical_wrist.channels import WXYZ, XYZ
 from spherical_wrist.colours import AXES, INK
-from spherical_wrist.comparison.bounds import BOUNDS
 from spherical_wrist.inspection.columns import columns
 from spherical_wrist.inspection.curves import drawable
 from spherical_wrist.inspection.drawing import STYLE, fit, fit_decades, line, lines, name
@@ -23,7 +22,6 @@ from spherical_wrist.recording.experiment_text import title
 from spherical_wrist.recording.runs import record
 from spherical_wrist.simulation.run import Run
 
-BOUND = BOUNDS["max_tip_error_mm"]
 DIMENSIONS: Mapping[tuple[str, ...], str] = {XYZ: "axis", WXYZ: "component"}
 """Names of the second dimension of channels by their components; others are named after the channel."""
 
@@ -62,9 +60,10 @@ class RunView(View[Run]):
             size = np.linalg.norm(drawable(1e3 * (run.tip - run.desired_tip)), axis=1)
             line(tip, run.time, size, color=INK)
             fit_decades(tip, size)
-            tip.axhline(BOUND, color=AXES[0], linestyle="--", linewidth=0.9)
+            bound = run.measurement.bound
+            tip.axhline(bound, color=AXES[0], linestyle="--", linewidth=0.9)
             tip.set(xlabel="time [s]", ylabel="|Δp| [mm]")
-            name(tip, "Tool tip error", f"dashed: {BOUND:g} mm")
+            name(tip, "Tool tip error", f"dashed: {bound:g} mm")
             lines(torque, run.time, run.torque)
             fit(torque, run.torque)
             torque.set(xlabel="time [s]", ylabel="τ [N·m]")
@@ -98,6 +97,7 @@ class RunView(View[Run]):
         return {
             "experiment": run.description,
             "outcome": {"status": str(run.outcome.status), "time_s": run.outcome.time, "reason": run.outcome.reason},
+            **run.verdict.to_dict(),
             "warnings": list(run.warnings),
             "metrics": dict(run.metrics),
             "versions": run.versions,

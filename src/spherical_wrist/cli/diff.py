@@ -80,13 +80,14 @@ def command(
 
 
 def _print(found: RunDifference, runs: tuple[Run, Run], paths: tuple[Path, Path], plots: list[Path]) -> None:
-    from spherical_wrist.cli.output import headline, thinning
+    from spherical_wrist.cli.output import headline, thinning, verdict_text, warn
     from spherical_wrist.cli.parameters_table import written
 
     console = printer()
     for side, path, run in zip("AB", paths, runs, strict=True):
         console.print(Text.assemble((side, "bold"), "  ", (str(path), "bold"), f"  {len(run)} samples", thinning(run)))
-        console.print(Text("   ") + headline(run), soft_wrap=True)
+        console.print(Text("   ") + headline(run) + Text(": ") + verdict_text(run.verdict), soft_wrap=True)
+        warn(f"{side}: {warning}" for warning in run.warnings)
     width = console.width
     if found.settings:
         rows: list[list[Entry]] = [[each.name, *map(written, each[2:]), each.unit] for each in found.settings]

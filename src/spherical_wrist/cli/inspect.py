@@ -15,6 +15,7 @@ from spherical_wrist.cli.tables import print_json, printer
 if TYPE_CHECKING:
     from spherical_wrist.inspection import Inspection
     from spherical_wrist.simulation.run import Run
+    from spherical_wrist.simulation.verdict import Verdict
 
 
 def command(
@@ -50,11 +51,12 @@ def command(
             check_ending(file, kind, valid)
             check_writable(file, kind)
     inspection = inspect(recording)
-    if not json:
+    if json:
+        warn(inspection.run.warnings)
+    else:
         _print_tables(inspection, recording)
-    warn(inspection.run.warnings)
     inspection.check()
-    _write(inspection.run, plots, exports)
+    _write(inspection.run, inspection.verdict, plots, exports)
     if json:
         _print_json(inspection, recording, plots, exports)
         return
@@ -63,7 +65,7 @@ def command(
             printer().print(Text.assemble(f"{kind} written to ", (str(file), "bold")), soft_wrap=True)
 
 
-def _write(run: Run, plots: list[Path], exports: list[Path]) -> None:
+def _write(run: Run, verdict: Verdict, plots: list[Path], exports: list[Path]) -> None:
     """Write all files or none."""
     from spherical_wrist.files import write_together
 
@@ -72,7 +74,7 @@ def _write(run: Run, plots: list[Path], exports: list[Path]) -> None:
         from spherical_wrist.inspection.picture import run_picture
         from spherical_wrist.picture_file import picture_content
 
-        drawing = run_picture(run, _title(run))
+        drawing = run_picture(run, _title(run, verdict))
         contents |= {file: picture_content(drawing, file) for file in plots}
     if exports:
         from spherical_wrist.inspection.export import exported
@@ -81,13 +83,12 @@ def _write(run: Run, plots: list[Path], exports: list[Path]) -> None:
     write_together(contents)
 
 
-def _title(run: Run) -> list[str]:
+def _title(run: Run, verdict: Verdict) -> list[str]:
     from spherical_wrist.cli.output import conditions, name_of, thinning
 
     names = f"{name_of(run.description['law'])} on {name_of(run.description['reference'])}"
-    how = conditions(run) + thinning(run)
-    ended = [str(run.outcome), how] if run.outcome.reason else [f"{run.outcome} · {how}"]
-    return [names, *ended, *(f"warning: {warning}" for warning in run.warnings)]
+    how = f"{run.outcome.status} · {conditions(run)}{thinning(run)}"
+    return [names, verdict.text, *(f"warning: {warning}" for warning in run.warnings), how]
 
 
 def _print_json(found: Inspection, path: Path, plots: list[Path], exports: list[Path]) -> None:
@@ -98,6 +99,7 @@ def _print_json(found: Inspection, path: Path, plots: list[Path], exports: list[
             "experiment": run.description,
             "versions": run.versions,
             "outcome": {"status": str(run.outcome.status), "time_s": run.outcome.time, "reason": run.outcome.reason},
+            **found.verdict.to_dict(),
             "warnings": list(run.warnings),
             "samples": len(run),
             "record_every": run.every,
@@ -111,16 +113,27 @@ def _print_json(found: Inspection, path: Path, plots: list[Path], exports: list[
 
 
 def _print_tables(found: Inspection, path: Path) -> None:
-    from spherical_wrist.cli.output import conditions, footnote, headline, metrics_table, thinning
+    from spherical_wrist.cli.output import (
+        conditions,
+        footnotes,
+        headline,
+        metrics_table,
+        print_verdict,
+        thinning,
+    )
     from spherical_wrist.cli.parameters_table import folded, parameters_table
 
     run = found.run
     console = printer()
+    print_verdict(found.verdict, run.warnings, console)
     console.print(Text.assemble((str(path), "bold"), f"  {len(run)} samples", thinning(run)), soft_wrap=True)
     console.print(headline(run))
     console.print(Text(conditions(run), style="dim"))
-    console.print(metrics_table({"stored": run.metrics, "recomputed": found.recomputed}))
-    console.print(Text(footnote(run), style="dim"))
+    both = {"": run.metrics} if found.agrees else {"stored": run.metrics, "recomputed": found.recomputed}
+    console.print(metrics_table(both, console.width))
+    console.print(Text(footnotes(run), style="dim"))
+    if found.agrees:
+        console.print(Text("the series was measured again: the figures are its own", style="dim"))
     if run.every > 1:
         note = "stored figures are of the full series, recomputed ones estimates from the thinned one"
         console.print(Text(note, style="yellow"))

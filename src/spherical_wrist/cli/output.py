@@ -1,25 +1,29 @@
 """Tables of runs and their metrics on the terminal."""
 
-from collections.abc import Iterable
+import sys
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
+from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
 from spherical_wrist.actuation import Ideal as IdealActuation
 from spherical_wrist.cli.streams import warned
-from spherical_wrist.cli.tables import number, printer
-from spherical_wrist.loop.outcome import Status
+from spherical_wrist.cli.tables import Entry, cell_width, number, printer
+from spherical_wrist.measure.bound import meaning_of
 from spherical_wrist.measure.metrics import METRICS, Metrics
 from spherical_wrist.plain_text import visible
 from spherical_wrist.sensing import Ideal as IdealSensing
 from spherical_wrist.simulation.run import Run
+from spherical_wrist.simulation.verdict import Judgement, Verdict
 
 IDEAL = {"sensing": IdealSensing().model_dump(mode="json"), "actuation": IdealActuation().model_dump(mode="json")}
 """Descriptions of sensors and motors without faults, as recorded."""
 
-COLOURS = {Status.COMPLETED: "green", Status.DIVERGED: "red", Status.FAILED: "red", Status.INTERRUPTED: "yellow"}
+COLOURS = {Judgement.WITHIN: "green", Judgement.EXCEEDS: "red", Judgement.LOST: "red", Judgement.NONE: "yellow"}
+"""Colour of each verdict; of one with warnings, yellow in place of green."""
 
 
 def warn(warnings: Iterable[str]) -> None:
@@ -29,7 +33,7 @@ def warn(warnings: Iterable[str]) -> None:
 
 
 def run_table(run: Run, recording: Path | None, motion: str = "") -> None:
-    """Print the experiment, its outcome and its metrics.
+    """Print the verdict on a run, its warnings, the experiment and the metrics.
 
     Args:
         run: the run.
@@ -37,25 +41,34 @@ def run_table(run: Run, recording: Path | None, motion: str = "") -> None:
         motion: description of the motion that was read, in one line; empty for a formula.
     """
     console = printer()
+    print_verdict(run.verdict, run.warnings, console)
     console.print(headline(run))
     console.print(Text(conditions(run), style="dim"))
     if motion:
         console.print(Text(visible(motion), style="dim"))
-    console.print(metrics_table({"": run.metrics}))
-    console.print(Text(footnote(run), style="dim"))
+    console.print(metrics_table({"": run.metrics}, console.width))
+    console.print(Text(footnotes(run), style="dim"))
     if recording is not None:
         console.print(Text.assemble("recording ", (str(recording), "bold"), thinning(run)), soft_wrap=True)
 
 
+def print_verdict(found: Verdict, warnings: Iterable[str], console: Console) -> None:
+    """Print a verdict, and right below it the warnings, on the error stream."""
+    console.print(verdict_text(found))
+    sys.stdout.flush()  # both streams are one screen, where the warnings belong here
+    warn(warnings)
+
+
+def verdict_text(found: Verdict) -> Text:
+    """Return a verdict in its colour."""
+    doubtful = found.judgement is Judgement.WITHIN and found.warnings
+    return Text(visible(found.text), f"bold {'yellow' if doubtful else COLOURS[found.judgement]}")
+
+
 def headline(run: Run) -> Text:
-    """Return law, reference and outcome."""
-    status = run.outcome.status
-    text = Text.assemble(
-        (name_of(run.description["law"]), "bold"), " on ", (name_of(run.description["reference"]), "bold"), "  "
-    )
-    text.append(str(status), style=f"bold {COLOURS[status]}")
-    text.append(str(run.outcome).removeprefix(str(status)))
-    return text
+    """Return law, reference and status."""
+    law, reference = (name_of(run.description[part]) for part in ("law", "reference"))
+    return Text.assemble((law, "bold"), " on ", (reference, "bold"), f", {run.outcome.status}")
 
 
 def name_of(table: Any) -> str:
@@ -87,17 +100,31 @@ def conditions(run: Run) -> str:
     return " · ".join([*parts, f"seed {description['seed']}"])
 
 
-def metrics_table(columns: dict[str, Metrics]) -> Table:
-    """Return a table of the metrics that any of the runs has, one column of figures for each run."""
-    table = Table(show_header=len(columns) > 1, header_style="bold")
-    table.add_column("")
-    for title in columns:
-        table.add_column(title, justify="right")
-    table.add_column("")
-    for name, metric in METRICS.items():
-        if any(name in metrics.available for metrics in columns.values()):
-            figures = [metric_figure(name, metrics[name]) for metrics in columns.values()]
-            table.add_row(metric.label, *figures, Text(metric.shown_unit, style="dim"))
+def metrics_table(columns: Mapping[str, Metrics], width: int) -> Table:
+    """Return a table of the metrics that any of the runs has.
+
+    Args:
+        columns: metrics of each run by the heading of its column.
+        width: width of the terminal [columns]; notes on the meaning are left out where they do not fit beside.
+    """
+    headings = ["", *columns, "", ""]
+    rows: list[list[Entry]] = [
+        [
+            metric.label,
+            *(metric_figure(name, metrics[name]) for metrics in columns.values()),
+            Text(metric.shown_unit, "dim"),
+            Text(metric.note, "dim"),
+        ]
+        for name, metric in METRICS.items()
+        if any(name in metrics.available for metrics in columns.values())
+    ]
+    widest = (max(map(cell_width, column)) for column in zip(headings, *rows, strict=True))
+    shown = len(headings) if sum(widest) + 2 * len(headings) <= width else len(headings) - 1
+    table = Table(box=None, padding=(0, 2, 0, 0), pad_edge=False, header_style="dim", show_header=len(columns) > 1)
+    for column, heading in enumerate(headings[:shown]):
+        table.add_column(Text(heading), justify="right" if 0 < column <= len(columns) else "left", no_wrap=True)
+    for row in rows:
+        table.add_row(*row[:shown])
     return table
 
 
@@ -112,10 +139,11 @@ def thinning(run: Run) -> str:
     return f" (1 in {run.every} control instants)" if run.every > 1 else ""
 
 
-def footnote(run: Run) -> str:
-    """Return the window of the metrics, and the speed of the simulation."""
-    until = run.measurement.steady_until
-    window = f"figures over t ≥ {run.measurement.steady_from:g} s"
+def footnotes(run: Run) -> str:
+    """Return the window of the metrics, the meaning of the bound, and the speed of the simulation, in lines."""
+    begin, until, bound = run.measurement.steady_from, run.measurement.steady_until, run.measurement.bound
+    window = f"t ≥ {begin:g} s: without the first approach"
     if until is not None:
-        window = f"figures over {run.measurement.steady_from:g} s ≤ t ≤ {until:g} s, where the motion ends"
-    return f"{window} · simulated in {run.wall_time:.3g} s, {run.real_time_factor:.0f} × real time"
+        window = f"{begin:g} s ≤ t ≤ {until:g} s, where the motion ends"
+    first = f"figures over the steady window, {window}\n{bound:g} mm: {meaning_of(bound)}\n"
+    return f"{first}simulated in {run.wall_time:.3g} s, {run.real_time_factor:.0f} × real time"

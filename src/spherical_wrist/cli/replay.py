@@ -53,9 +53,9 @@ def command(
         return 128 + received[0]
     if json:
         print_json({"recording": str(recording), **_summary(found)})
+        warn(found.recorded.warnings)
     else:
         _print(found, recording)
-    warn(found.recorded.warnings)
     return 0 if found.identical else 1
 
 
@@ -75,6 +75,7 @@ def _summary(found: Replay) -> dict[str, Any]:
         "identical": found.identical,
         "rows": list(found.series.rows),
         "outcomes": [str(found.recorded.outcome), str(found.again.outcome)],
+        **found.recorded.verdict.to_dict(),
         "warnings": list(found.recorded.warnings),
         "first_difference": None if first is None else {"time_s": first.time, "row": first.row_a},
         "arrays": {each.name: _array_summary(each) for each in found.series.arrays if not each.same},
@@ -96,9 +97,10 @@ def _array_summary(array: ArrayDifference) -> dict[str, Any]:
 
 
 def _print(found: Replay, path: Path) -> None:
-    from spherical_wrist.cli.output import headline, thinning
+    from spherical_wrist.cli.output import headline, print_verdict, thinning
 
     console, series = printer(), found.series
+    print_verdict(found.recorded.verdict, found.recorded.warnings, console)
     console.print(Text.assemble((str(path), "bold"), f"  {series.rows[0]} samples", thinning(found.recorded)))
     console.print(headline(found.recorded))
     if found.identical:

@@ -10,13 +10,14 @@ from spherical_wrist.cli.options import Bound, Json
 from spherical_wrist.cli.progress import waiting
 from spherical_wrist.cli.streams import warned
 from spherical_wrist.cli.tables import Entry, fitted, print_json, printer, short
+from spherical_wrist.measure.bound import BOUND
 
 PAGE = "report.html"
 
 
 def command(
     campaign: Annotated[Path, Argument(metavar="DIR", help="folder of a campaign, complete or not")],
-    bound: Bound = 0.1,
+    bound: Bound = BOUND,
     output: Annotated[
         Path | None,
         Option("--output", "-o", metavar="FILE.html", help="page to write [DIR/report.html; with --json, none]"),

@@ -98,9 +98,9 @@ def command(
     motion = described.reference.about()
     if json:
         print_json({**_summary(run, recording), **({"motion": motion} if motion else {})})
+        warn(run.warnings)
     else:
         run_table(run, recording, motion)
-    warn(run.warnings)
     if received:
         return 128 + received[0]
     return 0 if run.outcome.status is Status.COMPLETED else 1
@@ -115,6 +115,7 @@ def _summary(run: Run, recording: Path | None) -> dict[str, Any]:
     return {
         "outcome": str(outcome.status),
         **({} if outcome.status is Status.COMPLETED else early),
+        **run.verdict.to_dict(),
         "warnings": list(run.warnings),
         "law": experiment.law.name,
         "reference": experiment.reference.name,

@@ -139,7 +139,7 @@ def _new(file: Path, path: Path) -> Campaign:
 
 def _replay(folder: Folder, id_: int, output: Path, as_json: bool) -> int:
     from spherical_wrist.campaign.replay import replay
-    from spherical_wrist.cli.output import run_table
+    from spherical_wrist.cli.output import run_table, warn
     from spherical_wrist.files import check_writable
     from spherical_wrist.loop.outcome import Status
     from spherical_wrist.recording.runs import record
@@ -157,6 +157,8 @@ def _replay(folder: Folder, id_: int, output: Path, as_json: bool) -> int:
                 "outcome": str(outcome.status),
                 "ended_at_s": outcome.time,
                 "reason": outcome.reason,
+                **again.run.verdict.to_dict(),
+                "warnings": list(again.run.warnings),
                 "recording": str(output),
                 "stored": again.stored is not None,
                 "differences": list(again.differences),
@@ -164,6 +166,7 @@ def _replay(folder: Folder, id_: int, output: Path, as_json: bool) -> int:
                 "metrics": dict(again.run.metrics),
             }
         )
+        warn(again.run.warnings)
     else:
         run_table(again.run, output)
         if again.stored is None:

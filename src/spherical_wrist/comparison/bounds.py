@@ -6,18 +6,14 @@ from typing import Any, NamedTuple
 
 from spherical_wrist.errors import ParameterError, UnknownNameError
 from spherical_wrist.loop.outcome import Outcome, Status
+from spherical_wrist.measure.bound import ATTITUDE_BOUND, BOUND
 from spherical_wrist.measure.metrics import METRICS, Metrics
 
 Bounds = Mapping[str, float]
 """Largest values that are permitted, by name of the metric and in its unit."""
 
-BOUNDS: Bounds = {"max_tip_error_mm": 0.1, "max_error_rad": 0.01}
-"""Default bounds of a frontier.
-
-A tip error of 0.1 mm is what coronary arteries of 2–3 mm typically require (Bachta et al., IEEE T-RO 27(4), 2011). An
-attitude error about the tool's own axis leaves the tip where it is, but turns what the tool holds: at 0.01 rad, the
-point of a curved needle 10 mm from that axis is 0.1 mm away from its place.
-"""
+BOUNDS: Bounds = {"max_tip_error_mm": BOUND, "max_error_rad": ATTITUDE_BOUND}
+"""Default bounds of a frontier; see :mod:`spherical_wrist.measure.bound`."""
 
 
 class Miss(NamedTuple):

@@ -17,6 +17,7 @@ from typing import Any
 from spherical_wrist.dynamics import MOTION
 from spherical_wrist.loop.addresses import records
 from spherical_wrist.loop.loop import LOG
+from spherical_wrist.measure.bound import BOUND
 from spherical_wrist.parameters import NonNegative, Parameters, Positive, quantity
 from spherical_wrist.so3 import Quaternion, attitude_error, rate_error, rotate
 
@@ -27,7 +28,7 @@ class Reward(Parameters):
     tip: NonNegative = quantity(1.0, "", "weight w_d of a small tip error")
     effort: NonNegative = quantity(0.05, "", "weight w_τ of a small torque")
     chattering: NonNegative = quantity(0.05, "", "weight w_c of little chattering")
-    tip_scale: Positive = quantity(0.1, "mm", "tip error d₀ worth one half")
+    tip_scale: Positive = quantity(BOUND, "mm", "tip error d₀ worth one half")
     effort_scale: Positive = quantity(0.1, "N·m", "torque τ₀ worth one half")
     chattering_scale: Positive = quantity(1.0, "N·m/s", "chattering c₀ worth one half")
 

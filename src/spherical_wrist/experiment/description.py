@@ -20,6 +20,7 @@ from spherical_wrist.experiment.presets import with_hardware
 from spherical_wrist.experiment.timing import Timing
 from spherical_wrist.experiment.values import ExperimentValues
 from spherical_wrist.files import read_whole
+from spherical_wrist.measure.bound import BOUND, SOURCE
 from spherical_wrist.measure.metrics import MetricSettings
 from spherical_wrist.package_files import named_file
 from spherical_wrist.parameters import Member, NonNegative, Parameters, Positive, Vector, quantity
@@ -98,6 +99,7 @@ class Experiment(Parameters):
     steady_from: NonNegative | None = quantity(
         None, "s", "start of the steady window; default: 2 s, or half the duration of runs or motions up to 2 s"
     )
+    bound: Positive = quantity(BOUND, "mm", f"bound on the tip error, by which the run is judged: {SOURCE}")
     seed: Annotated[int, Field(ge=0)] = quantity(0, "", "seed of everything random")
     model: Annotated[Path, AfterValidator(_model_file)] | None = quantity(
         None, "", "MJCF file of the wrist, or the name of a model of the package; default: its model wrist"
@@ -187,7 +189,11 @@ class Experiment(Parameters):
         layer = self.law.boundary_layer
         lever = (float(wrist.lever[0]), float(wrist.lever[1]), float(wrist.lever[2]))
         resistance = self.actuation.resistance if isinstance(self.actuation, SphericalMotor) else None
-        return MetricSettings(steady_from, self.control_period, lever, layer, resistance, until)
+        current_limit = self.actuation.current_limit if isinstance(self.actuation, SphericalMotor) else None
+        return MetricSettings(
+            steady_from, self.control_period, lever, layer, resistance, until,
+            bound=self.bound, limit_shares=wrist.limit_shares, current_limit=current_limit,
+        )  # fmt: skip
 
 
 def _whole(experiment: Experiment) -> float:

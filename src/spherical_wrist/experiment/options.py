@@ -71,6 +71,7 @@ OPTIONS = (
     ParameterOption("payload", "--payload", float, "KG"),
     ParameterOption("duration", "--duration", float, f"SECONDS|{WHOLE}", "whole: all of a recorded motion", _duration),
     ParameterOption("control_period", "--control-period", float, "SECONDS"),
+    ParameterOption("bound", "--bound", float, "MM"),
     ParameterOption("seed", "--seed", int),
     ParameterOption("model", "--model", Path, "FILE.xml"),
     ParameterOption("joint", "--joint", str, "NAME"),

@@ -46,6 +46,7 @@ class Conditions(TypedDict, total=False):
     control_period: float
     physics_period: float | None
     steady_from: float | None
+    bound: float
     seed: int
     model: str | PathLike[str] | None
     joint: str | None

@@ -12,6 +12,7 @@ from spherical_wrist.measure.metrics import METRICS, Metrics
 from spherical_wrist.recording.runs import load_recording
 from spherical_wrist.simulation.metric_accumulator import compute_metrics
 from spherical_wrist.simulation.run import Run
+from spherical_wrist.simulation.verdict import Verdict, verdict
 
 TOLERANCE = 1e-9
 """Relative difference allowed to stored metrics, of recordings whose sums were taken in another order."""
@@ -32,6 +33,18 @@ class Inspection(NamedTuple):
     run: Run
     recomputed: Metrics
     mismatches: tuple[str, ...]
+
+    @property
+    def verdict(self) -> Verdict:
+        """Verdict on the run; figures that an older version did not store are those of the series."""
+        metrics = {**self.recomputed.available, **self.run.metrics.available}
+        return verdict(self.run.outcome, metrics, self.run.measurement, self.run.warnings)
+
+    @property
+    def agrees(self) -> bool:
+        """True if every metric of the series is stored, with the value that the series has."""
+        stored, again = self.run.metrics.available, self.recomputed.available
+        return stored.keys() == again.keys() and all(_equal(value, again[name]) for name, value in stored.items())
 
     def check(self) -> None:
         """Refuse a recording that contradicts itself.

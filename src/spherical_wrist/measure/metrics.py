@@ -16,6 +16,7 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 import numpy.typing as npt
 
+from spherical_wrist.measure.bound import BOUND
 from spherical_wrist.so3 import Vector3, cross, rotate
 
 Array = npt.NDArray[np.float64]
@@ -29,6 +30,7 @@ QUANTITIES = (
     "torque_squared",
     "tilt",
     "saturated",
+    "motor_use",
     "command_step",
     "current_squared",
     "condition",
@@ -36,11 +38,19 @@ QUANTITIES = (
 """Quantities of a row of the log, of which sum and largest value over the steady window are kept.
 
 In this order: |e|² [rad²]; squared tip error [mm²]; |τ|² [N²·m²]; tilt of the tool [rad]; 1 where a limit cut the
-torque; |Δτ| of each axis of the commanded torque [N·m]; i² of each coil [A²]; condition number of the torque map.
+torque; largest share of its limit of a motor or coil; |Δτ| of each axis of the commanded torque [N·m]; i² of each coil
+[A²]; condition number of the torque map.
 """
 
-EVENTS = ("surface_reached",)
-"""Events of which the time [s] is kept, over the whole run; not-a-number before."""
+EVENTS = ("surface_reached", "tip_settled", "largest_tip_error")
+"""Events of which the time [s] is kept; not-a-number before.
+
+The surface is reached; the tip error is within the bound, where it stays to the end of the steady window; the tip error
+is largest in the steady window.
+"""
+
+LIMITS = 6
+"""Largest number of limits of three motors: one in either direction."""
 
 METRIC_SETTINGS = np.dtype(
     [
@@ -51,12 +61,16 @@ METRIC_SETTINGS = np.dtype(
         ("has_surface", "f8"),
         ("surface_stays", "f8"),
         ("has_coils", "f8"),
+        ("bound", "f8"),
+        ("limit_shares", "f8", (LIMITS, 3)),
+        ("current_limit", "f8"),
     ],
     align=True,
 )
 """Record of :class:`MetricSettings` as the arithmetic needs them: start and end of the steady window [s], lever to the
 tool tip [m], boundary layer [rad/s]; 1 or 0: the law has a sliding surface, which is reached where the
-run stays, the motor has coils."""
+run stays, the motor has coils; bound on the tip error [mm]; shares of the motors' limits per torque, (LIMITS, 3)
+[1/(N·m)]; largest current of a coil [A]."""
 
 TOTALS = np.dtype(
     [("rows", "f8"), ("command", "f8", 3)]
@@ -87,20 +101,28 @@ def accumulate(settings: Any, totals: Any, time: Array, desired: Any, log: Any, 
                     totals.surface_reached = time[k]
             elif settings.surface_stays > 0.5:
                 totals.surface_reached = np.nan
-        if settings.start <= time[k] <= settings.end:
-            add_row(settings, totals, desired[k], row, currents, k)
-            totals.rows += 1.0
+        if time[k] <= settings.end:
+            q, d = row.attitude, desired[k].attitude
+            lever = (settings.lever[0], settings.lever[1], settings.lever[2])
+            tip = rotate((q[0], q[1], q[2], q[3]), lever)
+            goal = rotate((d[0], d[1], d[2], d[3]), lever)
+            away = square((1000.0 * (tip[0] - goal[0]), 1000.0 * (tip[1] - goal[1]), 1000.0 * (tip[2] - goal[2])))
+            if not away <= settings.bound * settings.bound:
+                totals.tip_settled = np.nan
+            elif isnan(totals.tip_settled):
+                totals.tip_settled = time[k]
+            if settings.start <= time[k]:
+                if totals.rows == 0.0 or away > totals.tip_error_squared.largest or isnan(away):
+                    totals.largest_tip_error = time[k]
+                add(totals.tip_error_squared, away)
+                add_row(settings, totals, tip, lever, row, currents, k)
+                totals.rows += 1.0
 
 
-def add_row(settings: Any, totals: Any, desired: Any, row: Any, currents: Array, k: int) -> None:
-    """Add the quantities of one row of the steady window."""
-    q, d, e, t, c = row.attitude, desired.attitude, row.error, row.torque, row.commanded_torque
-    lever = (settings.lever[0], settings.lever[1], settings.lever[2])
-    tip = rotate((q[0], q[1], q[2], q[3]), lever)
-    goal = rotate((d[0], d[1], d[2], d[3]), lever)
-    away = (1000.0 * (tip[0] - goal[0]), 1000.0 * (tip[1] - goal[1]), 1000.0 * (tip[2] - goal[2]))
+def add_row(settings: Any, totals: Any, tip: Vector3, lever: Vector3, row: Any, currents: Array, k: int) -> None:
+    """Add the quantities of one row of the steady window, besides the tip error."""
+    e, t, c, used = row.error, row.torque, row.commanded_torque, 0.0
     add(totals.error_squared, square((e[0], e[1], e[2])))
-    add(totals.tip_error_squared, square(away))
     add(totals.torque_squared, square((t[0], t[1], t[2])))
     add(totals.tilt, atan2(sqrt(square(cross(tip, lever))), tip[0] * lever[0] + tip[1] * lever[1] + tip[2] * lever[2]))
     add(totals.saturated, row.saturated)
@@ -108,10 +130,15 @@ def add_row(settings: Any, totals: Any, desired: Any, row: Any, currents: Array,
         if totals.rows > 0.0:
             add(totals.command_step, abs(c[i] - totals.command[i]))
         totals.command[i] = c[i]
+    for i in range(LIMITS):
+        share = settings.limit_shares[i]
+        used = max(used, share[0] * c[0] + share[1] * c[1] + share[2] * c[2])
     if settings.has_coils > 0.5:
         for j in range(currents.shape[1]):
             add(totals.current_squared, currents[k, j] * currents[k, j])
+            used = max(used, abs(currents[k, j]) / settings.current_limit)
         add(totals.condition, row.condition)
+    add(totals.motor_use, used)
 
 
 def add(total: Any, value: float) -> None:
@@ -150,6 +177,10 @@ class MetricSettings(NamedTuple):
         steady_until: end of the steady window [s], where the motion ends; None for the end of the run.
         surface_stays: True if the surface is reached where the run stays within the band; False if where it first is,
             as in recordings of older versions.
+        bound: on the tip error [mm].
+        limit_shares: share of each limit of the motors that a torque takes, as its product with a row [1/(N·m)]; of
+            ``Wrist.limit_shares``. Empty for motors without limits, and for recordings of older versions.
+        current_limit: largest current of a coil [A]; None without coils, and for recordings of older versions.
     """
 
     steady_from: float
@@ -159,6 +190,9 @@ class MetricSettings(NamedTuple):
     resistance: float | None = None
     steady_until: float | None = None
     surface_stays: bool = True
+    bound: float = BOUND
+    limit_shares: tuple[tuple[float, float, float], ...] = ()
+    current_limit: float | None = None
 
     @property
     def window_start(self) -> float:
@@ -182,6 +216,9 @@ class MetricSettings(NamedTuple):
             record["layer"], record["has_surface"] = self.boundary_layer, 1.0
         record["surface_stays"] = self.surface_stays
         record["has_coils"] = self.resistance is not None
+        record["bound"], record["current_limit"] = self.bound, inf if self.current_limit is None else self.current_limit
+        for row, shares in zip(record["limit_shares"][0], self.limit_shares, strict=False):
+            row[:] = shares
         return record
 
 
@@ -199,6 +236,9 @@ class Needs(NamedTuple):
 
 EVERY_RUN = Needs("all", lambda settings: True)
 SURFACE = Needs("laws with a sliding surface", lambda settings: settings.boundary_layer is not None)
+LIMITED = Needs(
+    "motors with limits", lambda settings: bool(settings.limit_shares) or settings.current_limit is not None
+)
 COILS = Needs("spherical motors", lambda settings: settings.resistance is not None)
 
 
@@ -222,6 +262,7 @@ ROOT_MEAN = Reduction(lambda total, rows, settings: sqrt(total["summed"] / rows)
 LARGEST = Reduction(lambda total, rows, settings: total["largest"], extreme=True)
 ROOT_LARGEST = Reduction(lambda total, rows, settings: sqrt(total["largest"]), extreme=True)
 EVENT_TIME = Reduction(lambda total, rows, settings: None if isnan(total) else total, window=False)
+EVENT_TIME_IN_WINDOW = Reduction(lambda total, rows, settings: None if isnan(total) else total)
 PER_SECOND_AND_AXIS = Reduction(
     lambda total, rows, settings: total["summed"] / (3.0 * (rows - 1.0) * settings.period) if rows > 1.0 else None
 )
@@ -240,6 +281,7 @@ class Metric:
         quantity: entry of QUANTITIES or EVENTS that it is computed from.
         reduction: how.
         meaning: definition, in a sentence without a full stop.
+        note: meaning in a few plain words, beside the value in tables.
         shown: factor for people, and the unit of the product; None for the value itself.
         digits: significant digits in tables.
         needs: which runs have it.
@@ -256,6 +298,7 @@ class Metric:
     reduction: Reduction
     meaning: str
     _: KW_ONLY
+    note: str = ""
     shown: tuple[float, str] | None = None
     digits: int = 4
     needs: Needs = EVERY_RUN
@@ -307,24 +350,45 @@ METRICS: dict[str, Metric] = {
     metric.name: metric
     for metric in (
         Metric(
-            "rms_error_rad", "attitude error, RMS", "RMS error", "rad", "error_squared", ROOT_MEAN,
-            "RMS attitude error |e|",
-        ),
-        Metric(
-            "max_error_rad", "attitude error, largest", "max error", "rad", "error_squared", ROOT_LARGEST,
-            "largest attitude error |e|",
-        ),
-        Metric(
             "rms_tip_error_mm", "tip error, RMS", "RMS tip error", "mm", "tip_error_squared", ROOT_MEAN,
             "RMS distance of `tip` from `desired_tip`, where it would be at the desired attitude",
+            note="of the tip from its target",
         ),
         Metric(
             "max_tip_error_mm", "tip error, largest", "max tip error", "mm", "tip_error_squared", ROOT_LARGEST,
             "largest distance of `tip` from `desired_tip`",
         ),
         Metric(
-            "chattering_Nm_per_s", "chattering", "chattering", "N·m/s", "command_step", PER_SECOND_AND_AXIS,
-            "Σ |τ[k] − τ[k−1]| of the torque asked for, per second, mean over the axes",
+            "max_tip_error_at_s", "tip error, largest at", "largest at", "s", "largest_tip_error", EVENT_TIME_IN_WINDOW,
+            "time in the run of the largest tip error",
+            since=3, less_is_better=False,
+        ),
+        Metric(
+            "settling_time_s", "tip within bound from", "settled", "s", "tip_settled", EVENT_TIME,
+            "time in the run from which the tip error stays within the bound, to the end of the steady window",
+            note="and stays there; a dash: never",
+            since=3,
+        ),
+        Metric(
+            "rms_error_rad", "attitude error, RMS", "RMS error", "rad", "error_squared", ROOT_MEAN,
+            "RMS attitude error |e|",
+            note="of the tool from its target",
+        ),
+        Metric(
+            "max_error_rad", "attitude error, largest", "max error", "rad", "error_squared", ROOT_LARGEST,
+            "largest attitude error |e|",
+        ),
+        Metric(
+            "motor_use_fraction", "motor use, peak", "motor use", "", "motor_use", LARGEST,
+            "largest torque or current asked of a motor or coil, as a fraction of its limit",
+            note="the busiest motor, of its limit",
+            shown=(100.0, "%"), digits=3, needs=LIMITED, since=3,
+        ),
+        Metric(
+            "saturated_fraction", "saturated", "saturated", "", "saturated", MEAN,
+            "fraction of the control instants at which a limit cut the torque",
+            note="of the time, at a motor's limit",
+            shown=(100.0, "%"),
         ),
         Metric(
             "peak_torque_Nm", "torque, peak", "peak torque", "N·m", "torque_squared", ROOT_LARGEST,
@@ -335,23 +399,26 @@ METRICS: dict[str, Metric] = {
             "RMS torque |τ|",
         ),
         Metric(
-            "saturated_fraction", "saturated", "saturated", "", "saturated", MEAN,
-            "fraction of the control instants at which a limit cut the torque",
-            shown=(100.0, "%"),
+            "chattering_Nm_per_s", "chattering", "chattering", "N·m/s", "command_step", PER_SECOND_AND_AXIS,
+            "Σ |τ[k] − τ[k−1]| of the torque asked for, per second, mean over the axes",
+            note="the torque's ups and downs, summed",
         ),
         Metric(
             "reaching_time_s", "surface reached at", "reached at", "s", "surface_reached", EVENT_TIME,
             "time in the run from which |S| stays within the law's boundary layer on every axis, to its end",
+            note="the law slides from then on",
             needs=SURFACE,
         ),
         Metric(
             "max_tilt_rad", "tilt, largest", "max tilt", "rad", "tilt", LARGEST,
             "largest angle between the tool and its direction at the identity",
+            note="of the tool from where it rests",
             less_is_better=False,
         ),
         Metric(
             "copper_loss_W", "copper loss", "copper loss", "W", "current_squared", MEAN_POWER,
             "mean power lost in the coils",
+            note="heat in the coils, on average",
             needs=COILS,
         ),
         Metric(
@@ -362,6 +429,7 @@ METRICS: dict[str, Metric] = {
         Metric(
             "max_condition_number", "condition number, largest", "condition", "", "condition", LARGEST,
             "largest condition number of the torque map for which currents were found, if it is finite",
+            note="of the torque map; 1 is best",
             needs=COILS, unbounded=True,
         ),
     )

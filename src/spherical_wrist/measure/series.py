@@ -134,7 +134,8 @@ class Series:
         if fault is not None:
             curves = _difference(fault.effect, values, self.channels[fault.other])
             heading = channel.heading or fault.title
-            yield Plot(fault.name, channel, fault.title, heading, fault.symbol, fault.unit, curves, list(XYZ))
+            axes = list(XYZ) if curves.shape[1] > 1 else [""]
+            yield Plot(fault.name, channel, fault.title, heading, fault.symbol, fault.unit, curves, axes)
             return
         rows = values.reshape(len(values), -1)
         axes = channel.components(rows.shape[1])
@@ -159,8 +160,11 @@ def in_place(plots: Sequence[Plot], *places: Place) -> list[Plot]:
 
 
 def _difference(effect: Effect, values: Array, other: Array) -> Array:
-    """Compute the curves of a fault, (n, 3). The last rows of a diverged run may hold anything."""
+    """Compute the curves of a fault, (n, 3) or (n, 1). The last rows of a diverged run may hold anything."""
     with np.errstate(all="ignore"):
         if effect is Effect.ATTITUDE:
             return attitude_errors(other, values)
+        if effect is Effect.DISTANCE:
+            distance: Array = 1000.0 * np.linalg.norm(values - other, axis=1, keepdims=True)
+            return distance
         return values - other if effect is Effect.SURPLUS else other - values

@@ -1,10 +1,11 @@
 """Experiment as text for the viewer, with units and meaning from the declared parameters."""
 
 from collections.abc import Iterator, Mapping
+from itertools import zip_longest
 from typing import Any
 
 from spherical_wrist.experiment.description import PARTS, Experiment
-from spherical_wrist.parameters import Member, matters, unit_of
+from spherical_wrist.parameters import Member, is_percentage, matters, unit_of
 from spherical_wrist.plain_text import markdown
 from spherical_wrist.recording.metrics_text import is_zero, table, text, words
 
@@ -19,7 +20,7 @@ def title(description: Mapping[str, Any]) -> str:
 
 
 def experiment_text(description: Mapping[str, Any]) -> str:
-    """Return an experiment as Markdown tables.
+    """Return an experiment as a Markdown table; parameters of its parts beside it, for the height of the view.
 
     Entries that are zero or not given are left out, except the seed; likewise faults that sensors and motors do not
     have, and parameters that have no effect beside the others.
@@ -35,7 +36,12 @@ def experiment_text(description: Mapping[str, Any]) -> str:
             _add_part(key, value, rows, details)
         elif value is not None and (key == "seed" or not is_zero(value)):
             rows.append((markdown(words(key)), f"{markdown(text(value))} {unit(key, description)}".strip()))
-    return table(("experiment", ""), rows) + "\n\n" + table(("parameters", ""), details)
+    if not details:
+        return table(("experiment", ""), rows)
+    entries = [*rows, *details]
+    middle = max(len(rows), (len(entries) + 1) // 2)
+    pairs = zip_longest(entries[:middle], entries[middle:], fillvalue=("", ""))
+    return table(("experiment", "", "parameters", ""), [(*left, *right) for left, right in pairs])
 
 
 def unit(name: str, description: Mapping[str, Any]) -> str:
@@ -83,7 +89,10 @@ def _entries(key: str, part: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
         if faults and (is_zero(value) or _is_usual_choice(family, name, value)):
             continue
         label = markdown(words(name) if faults or key == "disturbance" else name)
-        yield label, f"{markdown(text(value))} {unit(f'{key}.{name}', {key: part})}".strip()
+        if known and member is not None and is_percentage(member, name) and isinstance(value, int | float):
+            yield label, f"{text(100.0 * value)} %"
+        else:
+            yield label, f"{markdown(text(value))} {unit(f'{key}.{name}', {key: part})}".strip()
 
 
 def _is_usual_choice(family: type[Member] | None, name: str, value: Any) -> bool:

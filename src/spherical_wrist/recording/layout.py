@@ -7,11 +7,12 @@ JSON: TypeAlias = "bool | int | float | str | Sequence[JSON] | Mapping[str, JSON
 """Value of a property."""
 
 APPLICATION = "spherical_wrist"
-FORMAT = 2
+FORMAT = 3
 """Number of the format, raised with every change that an older reader would misread.
 
 1: the shapes of the arrays are known to the reader only; a channel that a run does not have is missing or not-a-number.
 2: channels that a run does not have are absent, and the recording describes those that it has.
+3: the bound on the tip error, and metrics that follow from it and from the motors' limits.
 """
 
 TIMELINE = "sim_time"
@@ -33,6 +34,10 @@ ABOUT, ARCHIVE, SEAL = "recording", "archive", "seal"
 
 ZIP = "zip"
 """Component of the archive: the files that the run depends on."""
+
+
+TIP_PLOT = "tip_error"
+"""Name of the plot of the tip error, which has its bound beside it."""
 
 
 def plot_entity(name: str) -> str:

@@ -10,6 +10,7 @@ from contextlib import suppress
 from types import TracebackType
 from typing import Any, Self
 
+from spherical_wrist.measure.bound import BOUND
 from spherical_wrist.measure.series import Series
 from spherical_wrist.recording.address import Address, check_viewer
 from spherical_wrist.recording.geometry import Drawable
@@ -34,12 +35,15 @@ class LiveView:
         title: name of the recording in the viewer.
         experiment: the experiment as Markdown.
         rows: number of rows that the run will have.
+        bound: on its tip error [mm].
 
     Raises:
         ViewerError: no viewer listens there.
     """
 
-    def __init__(self, address: Address, wrist: Drawable, title: str, experiment: str, rows: int) -> None:
+    def __init__(
+        self, address: Address, wrist: Drawable, title: str, experiment: str, rows: int, bound: float = BOUND
+    ) -> None:
         check_viewer(address)
         self._address = address
         self._changed = threading.Condition()
@@ -59,7 +63,7 @@ class LiveView:
             env={**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
         )
         stage = Stage(wrist.model, wrist.anchor, wrist.mount, list(wrist.moving))
-        opening = Opening(address.url, stage, title, experiment, rows)
+        opening = Opening(address.url, stage, title, experiment, rows, bound)
         self._thread = threading.Thread(target=self._work, args=(opening,), name="live view", daemon=True)
         self._thread.start()
 

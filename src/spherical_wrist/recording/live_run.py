@@ -27,7 +27,7 @@ def live_view(experiment: Experiment, address: Address | None = None, record_eve
     samples = experiment.timing(plant).samples
     description = experiment.model_dump(mode="json")
     texts = title(description), experiment_text(description)
-    return LiveView(address or Address(), plant, *texts, -(-samples // record_every))
+    return LiveView(address or Address(), plant, *texts, -(-samples // record_every), experiment.bound)
 
 
 def close_view(view: LiveView, run: Run) -> str:
@@ -37,5 +37,5 @@ def close_view(view: LiveView, run: Run) -> str:
         What the viewer did not show, in a line; empty where it shows everything.
     """
     rows = len(run)
-    ends = ranges(run) if rows else {}
+    ends = ranges(run, run.measurement.bound) if rows else {}
     return view.close(Closing(properties_of(run), ends, rows, run.every))

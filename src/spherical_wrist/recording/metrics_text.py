@@ -1,7 +1,9 @@
 """Metrics as text for the viewer, and the parts of such texts."""
 
 from collections.abc import Iterator, Mapping, Sequence
+from math import inf
 
+from spherical_wrist.measure.bound import BOUND, meaning_of
 from spherical_wrist.measure.metrics import METRICS, Metric
 from spherical_wrist.plain_text import markdown
 from spherical_wrist.recording.layout import JSON
@@ -10,7 +12,7 @@ _SPELLED = {"rms": "RMS", "Nm": "N·m", "com": "CoM"}
 
 
 def metrics_text(properties: Mapping[str, Mapping[str, JSON]], rows: int, every: int) -> str:
-    """Return outcome, warnings and metrics as Markdown.
+    """Return verdict, warnings and metrics as Markdown.
 
     Args:
         properties: of the recording; its metrics are those that the run has.
@@ -19,17 +21,19 @@ def metrics_text(properties: Mapping[str, Mapping[str, JSON]], rows: int, every:
     """
     outcome = properties.get("outcome", {})
     lines = []
-    if "status" in outcome:
-        time = outcome.get("time_s")
-        at = f" at {time:.6g} s" if isinstance(time, int | float) else ""
-        lines = [f"**{markdown(str(outcome['status']))}**{at}", markdown(str(outcome.get("reason") or ""))]
+    if "verdict" in outcome:
+        lines = [f"#### {markdown(str(outcome['verdict']))}"]
+    elif "status" in outcome:
+        lines = [f"#### {markdown(str(outcome['status']))}", markdown(str(outcome.get("reason") or ""))]
     warnings = outcome.get("warnings")
     if isinstance(warnings, Sequence) and not isinstance(warnings, str):
         lines += [f"**warning:** {markdown(str(warning))}" for warning in warnings]
     figures = properties.get("metrics", {})
-    metrics = [(each.label, _metric(each, figures[name])) for name, each in METRICS.items() if name in figures]
+    metrics = [
+        (each.label, _metric(each, figures[name]), each.note) for name, each in METRICS.items() if name in figures
+    ]
     which = "every control instant" if every == 1 else f"every {every}th control instant"
-    lines += [table(("metric", "value"), metrics), f"{rows} rows, {which}"]
+    lines += [" · ".join(_measured(properties)), table(("metric", "value", ""), metrics), f"{rows} rows, {which}"]
     return "\n\n".join(line for line in lines if line)
 
 
@@ -43,6 +47,22 @@ def flattened(entries: Mapping[str, JSON], prefix: str = "") -> Iterator[tuple[s
             yield name, float(value)
         elif value is not None:
             yield name, text(value)
+
+
+def bound_of(properties: Mapping[str, Mapping[str, JSON]]) -> float:
+    """Return the bound on the tip error [mm] of a run; the usual one where it is not said."""
+    bound = properties.get("measurement", {}).get("bound")
+    return float(bound) if isinstance(bound, int | float) and 0.0 < bound < inf else BOUND
+
+
+def _measured(properties: Mapping[str, Mapping[str, JSON]]) -> Iterator[str]:
+    """Yield the window of the metrics, and the meaning of the bound."""
+    measurement, bound = properties.get("measurement", {}), bound_of(properties)
+    begin, until = measurement.get("steady_from"), measurement.get("steady_until")
+    if isinstance(begin, int | float):
+        ends = isinstance(until, int | float)
+        yield "steady window " + (f"{begin:g} s to {until:g} s, where the motion ends" if ends else f"t ≥ {begin:g} s")
+        yield f"{bound:g} mm: {meaning_of(bound)}"
 
 
 def _metric(metric: Metric, value: JSON) -> str:
@@ -78,9 +98,10 @@ def is_zero(value: JSON) -> bool:
     return not isinstance(value, str | bool) and value == 0
 
 
-def table(head: tuple[str, str], rows: Sequence[tuple[str, str]]) -> str:
+def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     """Return a Markdown table; empty without rows."""
     if not rows:
         return ""
-    lines = [head, ("---", "---"), *rows]
-    return "\n".join("| {} | {} |".format(*(cell.replace("|", "\\|") for cell in line)) for line in lines)
+    lines = [head, ["---"] * len(head), *rows]
+    cells = ([cell.replace("|", "\\|") for cell in line] for line in lines)
+    return "\n".join(f"| {' | '.join(line)} |" for line in cells)

@@ -8,9 +8,10 @@ import numpy.typing as npt
 import rerun as rr
 
 from spherical_wrist.channels import XYZ
-from spherical_wrist.colours import AXES, PALETTE, rgb
+from spherical_wrist.colours import AXES, ORANGE, PALE, PALETTE, rgb
 from spherical_wrist.measure.series import Plot, Series
-from spherical_wrist.recording.layout import SERIES, plot_entity
+from spherical_wrist.recording.layout import SERIES, TIP_PLOT, plot_entity
+from spherical_wrist.recording.scene import timeline
 
 Array = npt.NDArray[np.float64]
 
@@ -25,20 +26,34 @@ _SMALLEST, _LARGEST = float(np.finfo(np.float32).tiny), float(np.finfo(np.float3
 """Limits of a plot's axis, which has single precision."""
 
 
-def send_channels(recording: rr.RecordingStream, time: rr.TimeColumn, series: Series) -> dict[str, list[str]]:
+PEAKS = 200
+"""Most points of the tip error, each the largest of so many rows; the exact tips are among the arrays.
+
+All rows would take a twentieth of a recording.
+"""
+
+IN_SIGHT = 20.0
+"""Largest ratio of the bound to a tip error that is drawn with the bound in sight; it would be flat otherwise."""
+
+
+def send_channels(
+    recording: rr.RecordingStream, time: rr.TimeColumn, series: Series, bound: float
+) -> dict[str, list[str]]:
     """Send every channel of a series in double precision, NaN included.
 
     Args:
         recording: destination.
         time: the control instants.
         series: the series, as :func:`~spherical_wrist.recording.stream.checked` returns it.
+        bound: on the tip error [mm].
 
     Returns:
         Entities of every channel by its name: one, or one for each group of its components.
     """
     plots = list(series.plots())
-    send_styles(recording, plots, len(series))
-    send_curves(recording, time, plots)
+    send_styles(recording, plots, len(series), bound)
+    send_curves(recording, time, [plot for plot in plots if plot.name != TIP_PLOT])
+    send_tip_error(recording, series.time, plots, len(series), bound)
     entities: dict[str, list[str]] = {name: [] for name in series.channels}
     for plot in plots:
         if plot.is_stored:
@@ -48,20 +63,22 @@ def send_channels(recording: rr.RecordingStream, time: rr.TimeColumn, series: Se
     return {name: own or [SERIES] for name, own in entities.items()}
 
 
-def send_styles(recording: rr.RecordingStream, plots: Iterable[Plot], rows: int) -> None:
+def send_styles(recording: rr.RecordingStream, plots: Iterable[Plot], rows: int, bound: float) -> None:
     """Send names and colours of the curves of plots.
 
     Args:
         recording: destination.
         plots: the plots.
         rows: number of rows that are drawn in the end.
+        bound: on the tip error [mm].
     """
     policy = AGGREGATION.Off if rows <= DRAWN_IN_FULL else AGGREGATION.MinMax
     for plot in plots:
-        colours = _colours(plot)
-        style = rr.SeriesLines(
-            names=plot.labels, colors=colours, widths=[1.5] * len(colours), aggregation_policy=policy
-        )
+        names, colours = plot.labels, _colours(plot)
+        if plot.name == TIP_PLOT:
+            names, colours = [plot.title.lower(), f"bound {bound:g} mm"], [*colours, rgb(PALE)]
+        widths = [1.5] * len(colours)
+        style = rr.SeriesLines(names=names, colors=colours, widths=widths, aggregation_policy=policy)
         recording.log(plot_entity(plot.name), style, static=True)
 
 
@@ -71,9 +88,30 @@ def send_curves(recording: rr.RecordingStream, time: rr.TimeColumn, plots: Itera
         recording.send_columns(plot_entity(plot.name), [time], rr.Scalars.columns(scalars=plot.curves))
 
 
-def ranges(series: Series) -> dict[str, tuple[float, float]]:
-    """Return the :func:`limits` of every plot by its name."""
-    return {plot.name: limits(plot.curves) for plot in series.plots()}
+def send_tip_error(recording: rr.RecordingStream, times: Array, plots: Iterable[Plot], rows: int, bound: float) -> None:
+    """Send the curve of the tip error, of many rows the peaks, and its bound as a second curve.
+
+    Args:
+        recording: destination.
+        times: control instants [s].
+        plots: plots, that of the tip error among them.
+        rows: number of rows that are drawn in the end.
+        bound: on the tip error [mm].
+    """
+    [curve] = [plot.curves[:, 0] for plot in plots if plot.name == TIP_PLOT]
+    step = -(-rows // PEAKS)
+    shown = [first + int(np.argmax(curve[first : first + step])) for first in range(0, len(curve), step)]
+    scalars = rr.Scalars.columns(scalars=np.stack([curve[shown], np.full(len(shown), bound)], axis=1))
+    recording.send_columns(plot_entity(TIP_PLOT), [timeline(times[shown])], scalars)
+
+
+def ranges(series: Series, bound: float) -> dict[str, tuple[float, float]]:
+    """Return the :func:`limits` of every plot by its name; of the tip error, with its bound [mm] unless far above."""
+    found = {plot.name: limits(plot.curves) for plot in series.plots()}
+    top = found[TIP_PLOT][1]
+    if top < 1.1 * bound <= IN_SIGHT * top:
+        found[TIP_PLOT] = limits(np.array([0.0, 1.1 * bound]))
+    return found
 
 
 def _colours(plot: Plot) -> list[tuple[int, int, int]]:
@@ -81,6 +119,8 @@ def _colours(plot: Plot) -> list[tuple[int, int, int]]:
     count = len(plot.axes)
     if plot.axes == list(XYZ):
         return list(map(rgb, AXES))
+    if count == 1:
+        return [rgb(ORANGE)]
     if count <= len(PALETTE):
         return list(map(rgb, PALETTE[:count]))
     hues = (hsv_to_rgb(k / count, 0.6, 0.95) for k in range(count))

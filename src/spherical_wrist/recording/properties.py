@@ -14,10 +14,15 @@ from pydantic.fields import FieldInfo
 from spherical_wrist.errors import one_line
 from spherical_wrist.experiment.description import PARTS, Experiment
 from spherical_wrist.loop.outcome import Status
+from spherical_wrist.measure.bound import BOUND
+from spherical_wrist.measure.metrics import LIMITS
 from spherical_wrist.parameters import NonNegative, Positive
 
 DEEPEST = 8
 """Deepest nesting of the values of an experiment."""
+
+LATER = {"bound"}
+"""Parameters of an experiment that recordings of formats 1 and 2 lack."""
 
 LARGEST_NUMBER = 2**128
 """Whole numbers are smaller than this."""
@@ -44,6 +49,9 @@ class _Measurement(BaseModel):
     resistance: NonNegative | None
     steady_until: NonNegative | None = None
     surface_stays: bool = False
+    bound: Positive = BOUND
+    limit_shares: Annotated[tuple[_Vector, ...], Field(strict=False, max_length=LIMITS)] = ()
+    current_limit: Positive | None = None
 
 
 class _File(BaseModel):
@@ -102,7 +110,7 @@ def _described() -> type[BaseModel]:
         elif name == "model":
             fields[name] = (str | None, None)
         else:
-            fields[name] = (_kind(field), ... if field.default is not None else None)
+            fields[name] = (_kind(field), ... if field.default is not None and name not in LATER else None)
     return create_model("Described", __config__=_Group, **fields)
 
 

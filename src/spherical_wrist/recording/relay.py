@@ -22,9 +22,9 @@ from spherical_wrist.compat.rerun import send_blueprint
 from spherical_wrist.errors import RecordingError
 from spherical_wrist.measure.series import Series
 from spherical_wrist.recording.blueprint import blueprint
-from spherical_wrist.recording.layout import APPLICATION, JSON
+from spherical_wrist.recording.layout import APPLICATION, JSON, TIP_PLOT
 from spherical_wrist.recording.metrics_text import metrics_text
-from spherical_wrist.recording.plots import send_curves, send_styles
+from spherical_wrist.recording.plots import send_curves, send_styles, send_tip_error
 from spherical_wrist.recording.scene import draw_motion, draw_wrist, timeline
 from spherical_wrist.recording.stream import checked, send_texts
 
@@ -53,6 +53,7 @@ class Opening(NamedTuple):
         title: name of the recording in the viewer.
         experiment: the experiment as Markdown.
         rows: number of rows that the run will have.
+        bound: on its tip error [mm].
     """
 
     url: str
@@ -60,6 +61,7 @@ class Opening(NamedTuple):
     title: str
     experiment: str
     rows: int
+    bound: float
 
 
 class Closing(NamedTuple):
@@ -107,10 +109,11 @@ class Relay:
         plots = list(series.plots())
         if self._first is None:
             self._first = series.rows(slice(1))
-            send_styles(self._stream, plots, self._opening.rows)
+            send_styles(self._stream, plots, self._opening.rows, self._opening.bound)
             self._arrange(self._first, {})
         self._last = draw_motion(self._stream, series, self._opening.stage, self._last)
-        send_curves(self._stream, timeline(series.time), plots)
+        send_curves(self._stream, timeline(series.time), [plot for plot in plots if plot.name != TIP_PLOT])
+        send_tip_error(self._stream, series.time, plots, self._opening.rows, self._opening.bound)
         self._deliver()
 
     def close(self, closing: Closing) -> None:
@@ -123,7 +126,8 @@ class Relay:
         self._stream.disconnect()
 
     def _arrange(self, first: Series, ranges: Mapping[str, tuple[float, float]]) -> None:
-        send_blueprint(self._stream, APPLICATION, blueprint(self._opening.stage, first, ranges))
+        layout = blueprint(self._opening.stage, first, ranges, self._opening.bound)
+        send_blueprint(self._stream, APPLICATION, layout)
 
     def _deliver(self) -> None:
         """Wait until the viewer has everything, however long that takes.

@@ -11,7 +11,9 @@ import numpy as np
 from spherical_wrist.errors import RecordingError, one_line
 from spherical_wrist.experiment.embedded_files import EmbeddedFiles, text_without_folders, without_folders
 from spherical_wrist.loop.outcome import Outcome, Status
+from spherical_wrist.measure.bound import BOUND
 from spherical_wrist.measure.metrics import Metrics, MetricSettings
+from spherical_wrist.measure.warnings import warnings_of
 from spherical_wrist.recording import Recording, read_recording, write_recording
 from spherical_wrist.recording.experiment_text import experiment_text, title
 from spherical_wrist.recording.properties import check_properties
@@ -57,15 +59,16 @@ def load_recording(path: Path | str, *, trust: bool = False) -> Run:
         embedded_files = _embedded_files(properties, recording.archive)
         description, outcome = properties["experiment"], _outcome(properties["outcome"])
         _check_times(recording, description, outcome)
+        metrics = Metrics.recorded(properties["metrics"], settings, recording.format)
         return Run(
             channels=recording.series.channels,
             described=recording.series.described,
-            description=without_folders(description, embedded_files.places),
+            description=without_folders({"bound": settings.bound, **description}, embedded_files.places),
             outcome=outcome,
-            metrics=Metrics.recorded(properties["metrics"], settings, recording.format),
+            metrics=metrics,
             measurement=settings,
             versions=properties["versions"],
-            warnings=_warnings(properties["outcome"]),
+            warnings=_warnings(properties["outcome"], metrics),
             every=recording.every,
             wall_time=properties["run"]["wall_time_s"],
             embedded_files=embedded_files,
@@ -104,6 +107,7 @@ def properties_of(run: Run) -> dict[str, dict[str, Any]]:
             "status": str(run.outcome.status),
             "time_s": run.outcome.time,
             "reason": text_without_folders(run.outcome.reason),
+            "verdict": text_without_folders(run.verdict.text),
             "warnings": list(map(text_without_folders, run.warnings)),
         },
         "metrics": run.metrics.available,
@@ -121,14 +125,19 @@ def _outcome(table: Mapping[str, Any]) -> Outcome:
     return Outcome(Status(table["status"]), table["time_s"], text_without_folders(table["reason"]))
 
 
-def _warnings(table: Mapping[str, Any]) -> tuple[str, ...]:
-    """Return the warnings of a recording; those of older versions have none."""
-    return tuple(map(text_without_folders, table.get("warnings", ())))
+def _warnings(table: Mapping[str, Any], metrics: Metrics) -> tuple[str, ...]:
+    """Return the warnings of a recording; of versions that wrote none, those of its metrics."""
+    return tuple(map(text_without_folders, table.get("warnings", warnings_of(metrics))))
 
 
 def _measurement(table: Mapping[str, Any]) -> MetricSettings:
     layer = table["boundary_layer"]
     lever, layer = tuple(table["lever"]), None if layer is None else tuple(layer)
-    until = table.get("steady_until")  # since format 2
-    stays = table.get("surface_stays", False)  # likewise
-    return MetricSettings(table["steady_from"], table["period"], lever, layer, table["resistance"], until, stays)
+    return MetricSettings(
+        table["steady_from"], table["period"], lever, layer, table["resistance"],
+        steady_until=table.get("steady_until"),  # since format 2
+        surface_stays=table.get("surface_stays", False),  # likewise
+        bound=table.get("bound", BOUND),  # since format 3, and those below
+        limit_shares=tuple(map(tuple, table.get("limit_shares", ()))),
+        current_limit=table.get("current_limit"),
+    )  # fmt: skip

@@ -11,7 +11,7 @@ from spherical_wrist.files import write_whole
 from spherical_wrist.measure.series import Series
 from spherical_wrist.recording.blueprint import blueprint
 from spherical_wrist.recording.layout import ABOUT, ARCHIVE, FORMAT, JSON, SEAL, ZIP
-from spherical_wrist.recording.metrics_text import flattened, metrics_text
+from spherical_wrist.recording.metrics_text import bound_of, flattened, metrics_text
 from spherical_wrist.recording.plots import ranges, send_channels
 from spherical_wrist.recording.scene import draw_motion, draw_wrist, timeline
 from spherical_wrist.recording.stream import checked, recorded, send_texts
@@ -47,12 +47,12 @@ def write_recording(
     """
     if taken := {ABOUT, ARCHIVE, SEAL} & properties.keys():
         raise ValueError(f"{', '.join(sorted(taken))}: a group of properties cannot be called so")
-    series = checked(series)
+    series, bound = checked(series), bound_of(properties)
 
     def fill(recording: rr.RecordingStream) -> None:
         draw_wrist(recording, wrist)
         draw_motion(recording, series, wrist)
-        entities = send_channels(recording, timeline(series.time), series)
+        entities = send_channels(recording, timeline(series.time), series, bound)
         recording.send_recording_name(title)
         send_texts(recording, metrics_text(properties, len(series), every), experiment)
         _describe(recording, properties, series, every, entities)
@@ -60,7 +60,7 @@ def write_recording(
             blob = rr.AnyValues().with_component_from_data(ZIP, rr.components.BlobBatch([archive]))
             recording.send_property(ARCHIVE, blob)
 
-    write_whole(path, sealed(recorded(fill, blueprint(wrist, series, ranges(series)))))
+    write_whole(path, sealed(recorded(fill, blueprint(wrist, series, ranges(series, bound), bound))))
 
 
 def _describe(

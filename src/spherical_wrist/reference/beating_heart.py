@@ -63,7 +63,9 @@ class BeatingHeart(Reference):
     harmonics: Harmonics = quantity(
         (1.0, 0.5, 0.25, 0.12, 0.06), "", "a, relative amplitudes of the heartbeat's harmonics"
     )
-    modulation: Fraction = quantity(0.2, "", "m, share of the heartbeat's amplitude that respiration modulates")
+    modulation: Fraction = quantity(
+        0.2, "", "m, share of the heartbeat's amplitude that respiration modulates", percent=True
+    )
     twist: NonNegative = quantity(0.05, "rad", "spin about the tool with each beat, its peak")
     heart_rate: Annotated[float, Field(ge=0.5, le=4.0)] = quantity(1.5, "Hz", "beats per second, on average")
     deviation: NonNegative = quantity(0.02, "s", "standard deviation of the intervals between normal beats (SDNN)")

@@ -57,7 +57,7 @@ class Sensing(Member):
         0.0, "s", "time constant T_f of the filter on an estimated rate", acts_with={"rate": "estimated"}
     )
     delay: Delay = quantity(0.0, "s", "age of a sample, any fraction of periods")
-    loss: Probability = quantity(0.0, "", "probability that a sample is lost")
+    loss: Probability = quantity(0.0, "", "probability that a sample is lost", percent=True)
     timestamped: bool = quantity(
         True,
         "",

@@ -18,6 +18,7 @@ from spherical_wrist.measure.warnings import warnings_of, without_repeats
 from spherical_wrist.prepare.cache import RunCache
 from spherical_wrist.prepare.closed_loop import CHUNK, MAX_STEPS, ClosedLoop, prepare
 from spherical_wrist.simulation.metric_accumulator import MetricAccumulator
+from spherical_wrist.simulation.verdict import Verdict, verdict
 
 
 class RolloutResult(NamedTuple):
@@ -36,6 +37,11 @@ class RolloutResult(NamedTuple):
     measurement: MetricSettings
     wall_time: float
     warnings: tuple[str, ...]
+
+    @property
+    def verdict(self) -> Verdict:
+        """Verdict on the run: the sentence with which a summary begins."""
+        return verdict(self.outcome, self.metrics, self.measurement, self.warnings)
 
 
 def _discard(loop: ClosedLoop, logged: Logged) -> None:

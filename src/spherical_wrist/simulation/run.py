@@ -18,10 +18,11 @@ from spherical_wrist.experiment.embedded_files import EmbeddedFiles, files_named
 from spherical_wrist.experiment.perturbation import Perturbation
 from spherical_wrist.loop.machine_code import processor
 from spherical_wrist.loop.outcome import Outcome
-from spherical_wrist.measure.metrics import METRICS, Metrics, MetricSettings
+from spherical_wrist.measure.metrics import Metrics, MetricSettings
 from spherical_wrist.measure.series import Series
 from spherical_wrist.prepare.plant import plant_of
 from spherical_wrist.result import Result
+from spherical_wrist.simulation.verdict import Verdict, verdict
 from spherical_wrist.versions import package_version
 from spherical_wrist.wrist import Names, Wrist
 
@@ -84,6 +85,11 @@ class Run(Result, Series):
         with nullcontext() if self.trusted else without_code():
             return Experiment(**self.embedded_files.described(self.description, folder))
 
+    @property
+    def verdict(self) -> Verdict:
+        """Verdict on the run: the sentence with which a summary begins."""
+        return verdict(self.outcome, self.metrics, self.measurement, self.warnings)
+
     @contextmanager
     def plant(self) -> Iterator[Wrist]:
         """Load the plant from the embedded model; its file on disk may have changed or be gone.
@@ -102,14 +108,9 @@ class Run(Result, Series):
             yield plant_of(Experiment(**entries, model=self.embedded_files.model(self.description, Path(folder))))
 
     def headline(self) -> str:
-        """Return law, reference, outcome and tip error in one line."""
+        """Return law, reference and verdict in one line."""
         law, reference = (str(self.description[part]["name"]).rpartition("/")[2] for part in ("law", "reference"))
-        ended = str(self.outcome if self.outcome.status.lost else self.outcome.status)
-        figures = {"RMS": "rms_tip_error_mm", "largest": "max_tip_error_mm"}
-        found = {word: (METRICS[name], self.metrics[name]) for word, name in figures.items()}
-        errors = [f"{metric.written(value)} {word}" for word, (metric, value) in found.items() if value is not None]
-        said = f"tip error {', '.join(errors)}" if errors else "no figures, as no sample is in the steady window"
-        return f"{law} on {reference}, {self.outcome.time:g} s, {ended}: {said}"
+        return f"{law} on {reference}, {self.outcome.time:g} s: {self.verdict}"
 
     @property
     def real_time_factor(self) -> float:

@@ -128,6 +128,16 @@ class Wrist:
         weld = self.model.body_weldid
         return [b for b in range(1, self.model.nbody) if weld[b] == weld[self.body]]
 
+    @cached_property
+    def limit_shares(self) -> tuple[tuple[float, float, float], ...]:
+        """Shares of the motors' limits per torque [1/(N·m)]: times a body-frame torque, the share of each limit.
+
+        One row a motor and direction; none for a limit that is infinite or zero.
+        """
+        controls = np.asarray(np.linalg.inv(self.motors), dtype=np.float64)
+        rows = [row / limit for limits in (self.upper, self.lower) for row, limit in _limited(controls, limits)]
+        return tuple((float(x), float(y), float(z)) for x, y, z in rows)
+
 
 class WristFile(NamedTuple):
     """Source of a wrist.
@@ -147,6 +157,11 @@ class WristFile(NamedTuple):
             ModelError: see :meth:`Wrist.load`.
         """
         return Wrist.load(self.model, self.names)
+
+
+def _limited(controls: Array, limits: Array) -> list[tuple[Array, float]]:
+    """Return the rows of motors whose limit is finite and not zero, with it."""
+    return [(row, float(limit)) for row, limit in zip(controls, limits, strict=True) if 0.0 < abs(limit) < np.inf]
 
 
 def _rotation(flat: Array) -> Array:
