@@ -78,7 +78,7 @@ def _print(table: dict[str, Any], output: Path | None) -> None:
         "law",
         *(f"{each}\n[{error.unit}]" for each in ("median", "99 %", "worst")),
         "beyond\nbound",
-        "not com-\npleted",
+        "lost",
     ]
     rows: list[list[Entry]] = []
     for law, row in table["laws"].items():

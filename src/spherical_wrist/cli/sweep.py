@@ -8,14 +8,13 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-from rich.box import SIMPLE_HEAD
 from rich.table import Table
 from rich.text import Text
 from typer import Argument, Option
 
 from spherical_wrist.cli.options import Json
 from spherical_wrist.cli.streams import warned
-from spherical_wrist.cli.tables import print_json, printer, short
+from spherical_wrist.cli.tables import Entry, fitted, print_json, printer, short
 from spherical_wrist.errors import ParameterError
 from spherical_wrist.plain_text import visible
 
@@ -199,26 +198,22 @@ def _report(folder: Folder, as_json: bool, warn: Callable[[str], None] = warned)
         return
     console = printer()
     console.print(Text.assemble((str(folder.path), "bold"), f"  {stored:,} of {size:,} episodes"), soft_wrap=True)
-    console.print(_table(laws))
+    console.print(_table(laws, console.width))
     if stored < size:
         console.print(f"go on with: {folder.command('--resume')}", soft_wrap=True)
 
 
-def _table(laws: list[dict[str, Any]]) -> Table:
+def _table(laws: list[dict[str, Any]], width: int) -> Table:
     from spherical_wrist.campaign.summary import FIGURES, QUANTILES
     from spherical_wrist.measure.metrics import METRICS
 
     names = " and ".join(METRICS[name].label_and_unit for name in FIGURES)
-    title = Text(f"median and 95 % of {names}, of episodes that completed")
-    table = Table(title=title, title_justify="left", title_style="dim", header_style="bold", box=SIMPLE_HEAD)
-    table.padding, table.collapse_padding = (0, 1), True
-    table.add_column("law", overflow="fold", min_width=12)
     quantiles = [column for name in FIGURES for column in (METRICS[name].heading.replace(" ", "\n"), "95 %")]
-    for column in ("episodes", "others", *quantiles):
-        table.add_column(column, justify="right", no_wrap=True)
     middle, most = map(str, QUANTILES[:2])
+    rows: list[list[Entry]] = []
     for law in laws:
         figures = (law[name].get(quantile) for name in FIGURES for quantile in (middle, most))
-        bad = law["episodes"] - law["completed"]
-        table.add_row(law["law"], f"{law['episodes']:,}", f"{bad:,}", *map(short, figures))
-    return table
+        lost = law["episodes"] - law["completed"]
+        rows.append([law["law"], f"{lost:,}/{law['episodes']:,}", *map(short, figures)])
+    title = f"median and 95 % of {names}, of episodes that completed"
+    return fitted(title, ["law", "lost", *quantiles], rows, width)

@@ -48,12 +48,12 @@ def page(summary: Mapping[str, Any], curves: Curves) -> str:
         lstrip_blocks=True,
         keep_trailing_newline=True,
     )
-    filters = (parts.breakable, parts.grouped, parts.percent, parts.setting)
+    filters = (parts.breakable, parts.grouped, parts.law, parts.percent, parts.setting)
     environment.filters.update({each.__name__: each for each in filters})
     functions = (parts.number, parts.percent, parts.ratio, parts.interval, parts.mark)
     environment.globals.update({each.__name__: each for each in functions})
     return environment.get_template("page.html").render(
-        title=f"Campaign {campaign['folder'].rstrip('/').rpartition('/')[2]}",
+        title=f"Report: {campaign['folder'].rstrip('/').rpartition('/')[2]}",
         summary=summary,
         laws=laws,
         several=len(laws) > 1,

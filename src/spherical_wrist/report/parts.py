@@ -63,6 +63,11 @@ def breakable(text: str) -> Markup:
     return escape(text).replace("_", Markup("_<wbr>")).replace(".", Markup(".<wbr>"))
 
 
+def law(name: str) -> Markup:
+    """Write the name of a law, which is broken on narrow pages only."""
+    return Markup('<span class="law">{}</span>').format(name)
+
+
 def setting(value: Any) -> Markup:
     """Format the value of a parameter."""
     return written(value, short=True) if isinstance(value, float) else escape(str(value))

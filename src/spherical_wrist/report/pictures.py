@@ -133,7 +133,7 @@ def bars(rows: Sequence[Mapping[str, Any]], colour: str, caption: str) -> Pictur
             panel.barh(place, sobol["value"], height=0.62, color=colour, alpha=0.85)
             if sobol["low"] is not None:
                 panel.plot((sobol["low"], sobol["high"]), (place, place), color=INK, linewidth=1.2)
-        text = "" if row["spearman"] is None else f"{row['spearman']['value']:+.2f}".replace("-", "−")
+        text = "" if row["spearman"] is None else f"{round(row['spearman']['value'], 2) + 0.0:+.2f}".replace("-", "−")
         panel.text(1.19, place, text, va="center", ha="right", fontsize=8.5, color=INK)
     panel.text(1.19, -0.75, "ρ", va="center", ha="right", fontsize=8.5, color=INK)
     panel.set_yticks(range(len(shown)), [literal(row["parameter"]) for row in shown])
