@@ -61,6 +61,7 @@ def quantity(
     *,
     gain: bool = True,
     percent: bool = False,
+    searched: tuple[float, float] | None = None,
     acts_with: Mapping[str, Any] | None = None,
 ) -> Any:
     """Declare a parameter; the annotation of the field says which values are valid.
@@ -71,6 +72,8 @@ def quantity(
         meaning: one line for tables and help.
         gain: False for a positive number or vector of a law that nobody tunes, such as a limit of the motors.
         percent: True for a fraction that people think of in per cent, and that summaries show so.
+        searched: of a gain that ``wrist design`` finds: the range that it searches, on a logarithmic scale; of a
+            vector, with the same value on every axis.
         acts_with: of a parameter that has an effect only beside others: their names, each with the value that it
             must have, or ``True`` for any value but zero, false and empty. One of them is enough.
     """
@@ -79,14 +82,16 @@ def quantity(
         extra["gain"] = False
     if percent:
         extra["percent"] = True
+    if searched is not None:
+        extra["searched"] = list(searched)
     if acts_with:
         extra["acts_with"] = dict(acts_with)
     return Field(default, description=meaning, json_schema_extra=extra)
 
 
-def inherited(model: type[BaseModel], name: str, default: Any) -> Any:
-    """Declare another default for a parameter of a base class, whose unit, meaning and effects stay."""
-    return quantity(default, unit_of(model, name), model.model_fields[name].description or "")
+def inherited(model: type[BaseModel], name: str, default: Any, *, searched: tuple[float, float] | None = None) -> Any:
+    """Declare another default, and range to search, for a parameter of a base class; unit, meaning and effects stay."""
+    return quantity(default, unit_of(model, name), model.model_fields[name].description or "", searched=searched)
 
 
 def unit_of(model: type[BaseModel], name: str) -> str:
@@ -102,6 +107,12 @@ def is_gain(model: type[BaseModel], name: str) -> bool:
 def is_percentage(model: type[BaseModel], name: str) -> bool:
     """Return True if a field is declared as a fraction that is shown in per cent."""
     return bool(_declared(model, name, "percent", False))
+
+
+def searched(model: type[BaseModel], name: str) -> tuple[float, float] | None:
+    """Return the range in which ``wrist design`` searches a gain; None of any other parameter."""
+    found = _declared(model, name, "searched", None)
+    return None if found is None else (float(found[0]), float(found[1]))
 
 
 def matters(model: type[BaseModel], name: str, values: Mapping[str, Any]) -> bool:

@@ -20,6 +20,7 @@ COMMANDS = {
     "frontier": "Find how far from the nominal wrist each law keeps its errors within bounds.",
     "margins": "Compute stability margins, and the largest tip error by any bounded torque, from the linearised loop.",
     "ablate": "Show what each part of a law is worth: its figures without it.",
+    "design": "Find the gains of laws by one criterion, constraints and an objective, or check the gains they have.",
     "tune": "Tune the gains of a law: small errors against little chattering, over a family of perturbed wrists.",
     "sweep": "Run a campaign: one experiment under many conditions, laws × samples, from a campaign file.",
     "report": "Report on a campaign: one HTML page that needs nothing else, no network and no script.",

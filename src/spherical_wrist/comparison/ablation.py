@@ -15,11 +15,13 @@ from spherical_wrist.experiment.description import Experiment, with_changes
 from spherical_wrist.experiment.presets import hardware
 from spherical_wrist.loop.outcome import Status
 from spherical_wrist.measure.metrics import Metrics
+from spherical_wrist.prepare.needed_torque import needed_variation
 from spherical_wrist.simulation.runner import Progress, Runner, Worker, ignore_progress
 
 WHOLE = "whole law"
 CALM = 2.0
-"""Chattering, over that of plain computed torque, beyond which a loop with an unknown delay is no longer stable."""
+"""Chattering, over the variation of the torque that the plant needs, beyond which a loop with an unknown delay is no
+longer stable."""
 STEP, MOST = 0.25e-3, 4e-3
 """Unknown delays that are tried [s]: multiples of the step, up to the largest."""
 
@@ -82,15 +84,16 @@ def _peak(shape: str) -> Callable[[Law, Worker], float | None]:
 
 
 def _delay(mass: float) -> Callable[[Law, Worker], float | None]:
-    def chattering(law: Law, worker: Worker, delay: float) -> float:
+    def restless(law: Law, worker: Worker, delay: float) -> float:
         late = {"mass_scale": mass, "sensing.delay": delay, "sensing.timestamped": False, "duration": 5.0}
         found = _figure(_metrics(law, worker, late), "chattering_Nm_per_s")
-        return inf if found is None else found
+        experiment = Experiment(**with_changes({}, {**late, "law": law}))
+        return inf if found is None else found / needed_variation(experiment, worker.cache)
 
     def compute(law: Law, worker: Worker) -> float | None:
-        most, limit = None, CALM * chattering(BASELINE, worker, 0.0)
+        most = None
         for step in range(round(MOST / STEP) + 1):
-            if chattering(law, worker, step * STEP) > limit:
+            if restless(law, worker, step * STEP) > CALM:
                 break
             most = 1e3 * step * STEP
         return most

@@ -1,5 +1,6 @@
 """Adaptive mechanism that the paper's abstract promises: the rule weights θ of eq. (47) are learned on line."""
 
+from collections.abc import Mapping
 from typing import Any, ClassVar
 
 import numpy as np
@@ -54,6 +55,12 @@ class AdaptiveFuzzySlidingComputedTorque(FuzzySlopeLaw):
     """
 
     status: ClassVar[LawStatus] = "paper"
+    exempt: ClassVar[Mapping[str, str]] = {
+        "restlessness": "the paper asks for no margin against delays, and at half the mass it has none",
+        "delay_margin_s": "the paper asks for no margin against delays, and at half the mass it has little",
+        "torque_step": "its slope is as steep as the paper has it, whatever the noise",
+        "gain_margin_db": "half the mass doubles the gain of a switching layer",
+    }
     tracks_to: ClassVar[Bound] = Bound(3.9e-4, 5.5e-4)
 
     class State(LawState):

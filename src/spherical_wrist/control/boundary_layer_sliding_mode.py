@@ -47,14 +47,18 @@ class BoundaryLayerSlidingMode(ModelBasedLaw):
         integral: Vector = quantity(0.0, "rad·s", "∫ e dt of the surface")
         layer: NonNegativeVector = quantity(0.0, "rad/s", "boundary layer φ; 0 before the first step")
 
-    slope: Positive = quantity(130.0, "1/s", "slope λ of the sliding surface")
-    damping_ratio: Positive = quantity(0.25, "", "damping ratio ζ of the surface with integral action")
-    bandwidth: Positive = quantity(180.0, "1/s", "bandwidth β of the boundary layer")
+    slope: Positive = quantity(130.0, "1/s", "slope λ of the sliding surface", searched=(20.0, 500.0))
+    damping_ratio: Positive = quantity(
+        0.25, "", "damping ratio ζ of the surface with integral action", searched=(0.1, 2.0)
+    )
+    bandwidth: Positive = quantity(180.0, "1/s", "bandwidth β of the boundary layer", searched=(30.0, 1000.0))
     disturbance: PositiveVector = quantity(
-        (130.0, 130.0, 210.0), "rad/s²", "bound D on the acceleration by disturbances, per axis"
+        (130.0, 130.0, 210.0), "rad/s²", "bound D on the acceleration by disturbances, per axis", gain=False
     )
     reserve: NonNegative = quantity(0.3, "", "least D, as a share of what the motors can do", gain=False)
-    uncertainty: NonNegative = quantity(1.0, "", "bound μ on what the model misses, as a share of its own torque")
+    uncertainty: NonNegative = quantity(
+        1.0, "", "bound μ on what the model misses, as a share of its own torque", gain=False
+    )
     integral: bool = quantity(True, "", "integral action on the surface")
 
     @property

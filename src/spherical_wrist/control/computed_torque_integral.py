@@ -42,9 +42,9 @@ class ComputedTorqueIntegral(LimitAwareLaw, ComputedTorque):
 
         integral: Vector = quantity(0.0, "N·m", "integral torque w")
 
-    Kp: PositiveVector = inherited(ComputedTorque, "Kp", 22900.0)
-    Kv: NonNegativeVector = quantity(271.0, "1/s", "derivative gain per axis")
-    Ki: NonNegativeVector = quantity(3.3e6, "1/s³", "integral gain per axis")
+    Kp: PositiveVector = inherited(ComputedTorque, "Kp", 22900.0, searched=(1000.0, 100000.0))
+    Kv: NonNegativeVector = quantity(271.0, "1/s", "derivative gain per axis", searched=(30.0, 1000.0))
+    Ki: NonNegativeVector = quantity(3.3e6, "1/s³", "integral gain per axis", searched=(10000.0, 10000000.0))
 
     @staticmethod
     def step(signal: Signal, parameters: Any, state: Any, command: Command) -> None:

@@ -47,9 +47,9 @@ class ComputedTorqueObserver(LimitAwareLaw, ComputedTorque):
         estimate: Vector = quantity(0.0, "N·m", "estimated disturbance d̂")
         growth: Vector = quantity(0.0, "N·m", "its growth T v̂ in a period")
 
-    Kp: PositiveVector = inherited(ComputedTorque, "Kp", 12000.0)
-    Kv: NonNegativeVector = quantity(62.0, "1/s", "derivative gain per axis")
-    bandwidth: Positive = quantity(98.0, "1/s", "bandwidth L of the observer")
+    Kp: PositiveVector = inherited(ComputedTorque, "Kp", 12000.0, searched=(1000.0, 100000.0))
+    Kv: NonNegativeVector = quantity(62.0, "1/s", "derivative gain per axis", searched=(30.0, 1000.0))
+    bandwidth: Positive = quantity(98.0, "1/s", "bandwidth L of the observer", searched=(20.0, 1000.0))
     disturbance_model: DisturbanceModel = quantity("ramp", "", "model of the disturbance in the observer")
 
     @staticmethod

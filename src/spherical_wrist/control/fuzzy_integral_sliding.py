@@ -7,7 +7,7 @@ from spherical_wrist.control.contract import Bound, Command, LawStatus, ModelBas
 from spherical_wrist.control.fuzzy_sliding_computed_torque import Rules
 from spherical_wrist.control.mismatch_observer import Mismatch, foresee, observe, start
 from spherical_wrist.control.past_commands import arrive, remember
-from spherical_wrist.control.torque_limit import largest_mismatch
+from spherical_wrist.control.torque_limit import largest_integral, largest_mismatch
 from spherical_wrist.fuzzy import sugeno
 from spherical_wrist.parameters import NonNegative, Positive, PositiveVector, Vector, quantity
 
@@ -22,6 +22,9 @@ RULES: tuple[tuple[float, float, float], ...] = (
     (0.5, 0.5, 0.5),  # PB
 )
 """At a sensor's noise the slope averages; beyond it, it is steep; further out as steep as K can follow, √(K / |e|)."""
+
+INTEGRAL_SHARE = 0.0015
+"""Share of what the motors can do that the integral may ask for: it takes out the gyroscope's bias, and no more."""
 
 
 def logarithmic(error: float, floor: float, scale: float) -> float:
@@ -73,19 +76,27 @@ class FuzzyIntegralSliding(ModelBasedLaw):
 
         integral: Vector = quantity(0.0, "rad·s", "z, the error that the surface integrates")
 
-    slope: Positive = quantity(32.0, "1/s", "slope λ of the surface, times α")
-    integral: Positive = quantity(68.0, "1/s²", "integral gain λ_I of the surface")
-    integral_limit: Positive = quantity(0.004, "rad/s", "largest integral part λ_I z of the surface")
-    reaching: Positive = quantity(210.0, "1/s", "rate κ at which S decays within the layer")
-    phi: PositiveVector = quantity(1.0, "rad/s", "boundary layer φ per axis; κ φ is the most that is spent on reaching")
-    bandwidth: Positive = quantity(335.0, "1/s", "bandwidth ω of the mismatch observer")
+    slope: Positive = quantity(32.0, "1/s", "slope λ of the surface, times α", searched=(10.0, 200.0))
+    integral: Positive = quantity(68.0, "1/s²", "integral gain λ_I of the surface", searched=(10.0, 500.0))
+    integral_limit: NonNegative = quantity(
+        0.0, "rad/s", "largest integral part λ_I z of the surface; 0 for that of 0.15 % of the motors", gain=False
+    )
+    reaching: Positive = quantity(210.0, "1/s", "rate κ at which S decays within the layer", searched=(50.0, 1000.0))
+    phi: PositiveVector = quantity(
+        1.0, "rad/s", "boundary layer φ per axis; κ φ is the most that is spent on reaching", searched=(0.3, 10.0)
+    )
+    bandwidth: Positive = quantity(335.0, "1/s", "bandwidth ω of the mismatch observer", searched=(50.0, 1000.0))
     mismatch_limit: NonNegative = quantity(
         0.0, "rad/s²", "largest mismatch δ̂ that is believed; 0 for twice what the motors can do", gain=False
     )
     rules: Rules = quantity(RULES, "", "rule weights of α: rows NB … PB of the error, columns N, Z, P of its rate")
-    error_floor: Positive = quantity(0.003, "rad", "error below which its scale is linear: ten times the noise")
-    error_scale: Positive = quantity(1.0, "rad", "error at which it is fully big (NB, PB)")
-    rate_scale: PositiveVector = quantity(1.0, "rad/s", "rate error at which it is fully negative or positive (N, P)")
+    error_floor: Positive = quantity(
+        0.003, "rad", "error below which its scale is linear: ten times the noise", gain=False
+    )
+    error_scale: Positive = quantity(1.0, "rad", "error at which it is fully big (NB, PB)", gain=False)
+    rate_scale: PositiveVector = quantity(
+        1.0, "rad/s", "rate error at which it is fully negative or positive (N, P)", gain=False
+    )
 
     @property
     def boundary_layer(self) -> tuple[float, float, float]:
@@ -118,7 +129,8 @@ class FuzzyIntegralSliding(ModelBasedLaw):
             layer = parameters.phi[i]
             w = slope * (de + gained) + pull * (e + turned) + reaching * layer * tanh(reached / layer) + mismatch
             remember(state, i, w)
-            bound = parameters.integral_limit / parameters.integral
+            most = largest_integral(signal, i, parameters.reaching, parameters.integral_limit, INTEGRAL_SHARE)
+            bound = most / parameters.integral
             integral = state.integral[i] + periods * period * zero * e
             state.integral[i] = min(bound, max(-bound, integral))
             command.surface[i] = surface

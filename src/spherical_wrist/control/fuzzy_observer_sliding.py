@@ -9,13 +9,15 @@ from spherical_wrist.control.fused_state import FusedState, fuse
 from spherical_wrist.control.input_identification import Identified, drive, identify
 from spherical_wrist.control.past_commands import arrive, asked, send
 from spherical_wrist.control.surface_observer import Observed, foresee, gains
-from spherical_wrist.control.torque_limit import largest_mismatch, limited
+from spherical_wrist.control.torque_limit import largest_integral, largest_mismatch, limited
 from spherical_wrist.parameters import NonNegative, Positive, PositiveVector, Vector, quantity
 
 CLIP = 3.0
 """Innovations beyond so many standard deviations say no more about the noise."""
 MEAN_TO_DEVIATION = 1.2533
 """σ / E|x| = √(π/2) of a normal distribution."""
+INTEGRAL_SHARE = 0.05
+"""Share of what the motors can do that the integral may ask for."""
 
 
 class FuzzyObserverSliding(ModelBasedLaw):
@@ -61,6 +63,7 @@ class FuzzyObserverSliding(ModelBasedLaw):
     status: ClassVar[LawStatus] = "ours"
     has_surface: ClassVar[bool] = True
     tracks_to: ClassVar[Bound] = Bound(2.0e-6, 3.2e-6)
+    promises: ClassVar[Mapping[str, float]] = {"torque_step": 0.68e-3}
     ablations: ClassVar[Mapping[str, Mapping[str, Any]]] = {
         "fusion": {"fusion_fast": 1e6, "fusion_slow": 0.0},
         "gyroscope bias": {"fusion_fast": 9.0, "fusion_slow": 0.0},
@@ -84,34 +87,56 @@ class FuzzyObserverSliding(ModelBasedLaw):
         )
         wanted: Vector = quantity(0.0, "rad/s²", "w of the period that begins now, before the limits of the motors")
 
-    slope: Positive = quantity(55, "1/s", "slope λ of the surface")
-    reaching: Positive = quantity(301.0, "1/s", "rate κ at which S decays within the layer, where it is quiet")
-    integral: NonNegative = quantity(106.0, "1/s", "gain k_I of the integral of S")
-    integral_limit: Positive = quantity(0.1, "rad/s", "largest integral part k_I ∫S dt")
-    phi: PositiveVector = quantity(3.0, "rad/s", "boundary layer φ per axis; κ φ is the most that is spent on reaching")
-    real_pole: Positive = quantity(1140.0, "1/s", "real pole of the observer")
-    pair: Positive = quantity(603.0, "1/s", "natural frequency of its pair of poles")
-    damping_ratio: Positive = quantity(0.548, "", "damping ratio of that pair, up to 1")
-    decay: Positive = quantity(1310.0, "1/s", "rate a at which the ramp of the mismatch decays")
-    filter_first: NonNegative = quantity(0.303, "", "gain q₀ of the filter Q")
-    filter_second: NonNegative = quantity(0.0902, "", "gain q₁ of the filter Q")
-    filter_pole: Positive = quantity(1600.0, "1/s", "double pole of the filter Q")
-    fusion_fast: NonNegative = quantity(6.0, "1/s", "first pole of the fusion; beyond 1e5 the attitude is not averaged")
-    fusion_slow: NonNegative = quantity(3.0, "1/s", "second pole of the fusion; 0 for no bias")
-    surprised: Positive = quantity(1.5, "", "factor of the bandwidths where innovations surprise")
-    quiet: Positive = quantity(3.14, "", "largest innovation, in σ̂, that is fully quiet")
-    surprising: Positive = quantity(3.42, "", "innovation, in σ̂, beyond which it is fully surprised")
-    memory: Positive = quantity(77.1, "1/s", "rate at which a surprise is forgotten")
-    floor: Positive = quantity(
-        1.3e-3, "rad/s", "least standard deviation of the innovations, that of realistic sensors"
+    slope: Positive = quantity(55, "1/s", "slope λ of the surface", searched=(37.0, 82.0))
+    reaching: Positive = quantity(
+        301.0, "1/s", "rate κ at which S decays within the layer, where it is quiet", searched=(200.0, 450.0)
     )
-    noise_rate: Positive = quantity(2.0, "1/s", "rate at which the noise is estimated")
-    gain_walk: NonNegative = quantity(0.0016, "", "standard deviation of a sample's change of the input's gain")
-    delay_walk: NonNegative = quantity(0.0018, "", "standard deviation of a sample's change of its delay, in periods")
-    gain_spread: NonNegative = quantity(0.53, "", "standard deviation of the gain at the start")
-    delay_spread: NonNegative = quantity(1.7, "", "standard deviation of the delay at the start, in periods")
-    leak: NonNegative = quantity(0.39, "1/s", "rate at which the estimates of gain and delay return to 1 and 0")
-    discount: NonNegative = quantity(18.8, "", "weight c of a surprise in the variance of the identification")
+    integral: NonNegative = quantity(106.0, "1/s", "gain k_I of the integral of S", searched=(71.0, 160.0))
+    integral_limit: NonNegative = quantity(
+        0.0, "rad/s", "largest integral part k_I ∫S dt; 0 for that of 5 % of the motors", gain=False
+    )
+    phi: PositiveVector = quantity(
+        3.0, "rad/s", "boundary layer φ per axis; κ φ is the most that is spent on reaching", searched=(2.0, 4.5)
+    )
+    real_pole: Positive = quantity(1140.0, "1/s", "real pole of the observer", searched=(760.0, 1700.0))
+    pair: Positive = quantity(603.0, "1/s", "natural frequency of its pair of poles", searched=(400.0, 900.0))
+    damping_ratio: Positive = quantity(0.548, "", "damping ratio of that pair, up to 1", searched=(0.37, 0.81))
+    decay: Positive = quantity(
+        1310.0, "1/s", "rate a at which the ramp of the mismatch decays", searched=(870.0, 2000.0)
+    )
+    filter_first: NonNegative = quantity(0.303, "", "gain q₀ of the filter Q", searched=(0.2, 0.45))
+    filter_second: NonNegative = quantity(0.0902, "", "gain q₁ of the filter Q", searched=(0.06, 0.14))
+    filter_pole: Positive = quantity(1600.0, "1/s", "double pole of the filter Q", searched=(1100.0, 2400.0))
+    fusion_fast: NonNegative = quantity(
+        6.0, "1/s", "first pole of the fusion; beyond 1e5 the attitude is not averaged", searched=(4.0, 9.0)
+    )
+    fusion_slow: NonNegative = quantity(3.0, "1/s", "second pole of the fusion; 0 for no bias", searched=(2.0, 4.5))
+    surprised: Positive = quantity(1.5, "", "factor of the bandwidths where innovations surprise", searched=(1.0, 2.2))
+    quiet: Positive = quantity(3.14, "", "largest innovation, in σ̂, that is fully quiet", searched=(2.1, 4.7))
+    surprising: Positive = quantity(
+        3.42, "", "innovation, in σ̂, beyond which it is fully surprised", searched=(2.3, 5.1)
+    )
+    memory: Positive = quantity(77.1, "1/s", "rate at which a surprise is forgotten", searched=(51.0, 120.0))
+    floor: Positive = quantity(
+        1.3e-3, "rad/s", "least standard deviation of the innovations, that of realistic sensors", gain=False
+    )
+    noise_rate: Positive = quantity(2.0, "1/s", "rate at which the noise is estimated", searched=(1.3, 3.0))
+    gain_walk: NonNegative = quantity(
+        0.0016, "", "standard deviation of a sample's change of the input's gain", searched=(0.0011, 0.0024)
+    )
+    delay_walk: NonNegative = quantity(
+        0.0018, "", "standard deviation of a sample's change of its delay, in periods", searched=(0.0012, 0.0027)
+    )
+    gain_spread: NonNegative = quantity(0.53, "", "standard deviation of the gain at the start", searched=(0.35, 0.8))
+    delay_spread: NonNegative = quantity(
+        1.7, "", "standard deviation of the delay at the start, in periods", searched=(1.1, 2.5)
+    )
+    leak: NonNegative = quantity(
+        0.39, "1/s", "rate at which the estimates of gain and delay return to 1 and 0", searched=(0.26, 0.58)
+    )
+    discount: NonNegative = quantity(
+        18.8, "", "weight c of a surprise in the variance of the identification", searched=(13.0, 28.0)
+    )
 
     @property
     def boundary_layer(self) -> tuple[float, float, float]:
@@ -138,7 +163,8 @@ class FuzzyObserverSliding(ModelBasedLaw):
             ahead = foresee(state, i, de, late + state.delay[i], gain, parameters.decay, period)
             reached = slope * (e + ahead.turned) + de + ahead.gained
             if parameters.integral > 0.0:
-                bound = parameters.integral_limit / parameters.integral
+                most = largest_integral(signal, i, parameters.reaching, parameters.integral_limit, INTEGRAL_SHARE)
+                bound = most / parameters.integral
                 state.integral[i] = limited(state.integral[i] + periods * period * limited(reached, layer), bound)
             rate = (1.0 - exp(-parameters.reaching * state.factor[i] * period)) / period  # the same decay, at instants
             pull = rate * layer * tanh((reached + parameters.integral * state.integral[i]) / layer)

@@ -1,5 +1,6 @@
 """Proposal of the paper, eq. (44)–(48): the slope of the sliding surface is tuned on line by fuzzy inference."""
 
+from collections.abc import Mapping
 from typing import Any, ClassVar
 
 from pydantic import model_validator
@@ -72,6 +73,12 @@ class FuzzySlidingComputedTorque(FuzzySlopeLaw):
     """
 
     status: ClassVar[LawStatus] = "paper"
+    exempt: ClassVar[Mapping[str, str]] = {
+        "restlessness": "the paper asks for no margin against delays, and at half the mass it has none",
+        "delay_margin_s": "the paper asks for no margin against delays, and at half the mass it has little",
+        "torque_step": "its slope is as steep as the paper has it, whatever the noise",
+        "gain_margin_db": "half the mass doubles the gain of a switching layer",
+    }
     tracks_to: ClassVar[Bound] = Bound(5.5e-4, 7.2e-4)
 
     inference: InferenceName = quantity("sugeno", "", "fuzzy inference of the slope from the rules")

@@ -42,10 +42,12 @@ class GeometricTracking(LimitAwareLaw):
 
         integral: Vector = quantity(0.0, "N·m", "integral torque w")
 
-    Kr: Positive = quantity(2860.0, "1/s²", "attitude gain k_R")
-    Kw: Positive = quantity(256.0, "1/s", "rate gain k_Ω")
-    Ki: NonNegative = quantity(22300.0, "1/s²", "integral gain k_I")
-    slope: Positive = quantity(153.0, "1/s", "share c of the attitude error in the integral, against the rate error")
+    Kr: Positive = quantity(2860.0, "1/s²", "attitude gain k_R", searched=(500.0, 50000.0))
+    Kw: Positive = quantity(256.0, "1/s", "rate gain k_Ω", searched=(30.0, 1000.0))
+    Ki: NonNegative = quantity(22300.0, "1/s²", "integral gain k_I", searched=(1000.0, 100000.0))
+    slope: Positive = quantity(
+        153.0, "1/s", "share c of the attitude error in the integral, against the rate error", searched=(10.0, 500.0)
+    )
     attitude_error: AttitudeError = quantity("sine", "", "attitude error vector e_R")
 
     @staticmethod

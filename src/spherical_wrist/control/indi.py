@@ -50,9 +50,9 @@ class INDI(ModelBasedLaw):
         missed: Vector = quantity(0.0, "rad/s²", "filtered acceleration δ_f that the command missed")
         before: Vector = quantity(0.0, "rad/s²", "the same one period ago")
 
-    bandwidth: Positive = quantity(87.0, "1/s", "bandwidth ω_c of the feedback")
-    filter_bandwidth: Positive = quantity(510.0, "1/s", "bandwidth ω_f of the filter")
-    damping_ratio: Positive = quantity(0.72, "", "damping ratio ζ of the filter")
+    bandwidth: Positive = quantity(87.0, "1/s", "bandwidth ω_c of the feedback", searched=(20.0, 500.0))
+    filter_bandwidth: Positive = quantity(510.0, "1/s", "bandwidth ω_f of the filter", searched=(50.0, 2000.0))
+    damping_ratio: Positive = quantity(0.72, "", "damping ratio ζ of the filter", searched=(0.4, 2.0))
 
     @staticmethod
     def step(signal: Signal, parameters: Any, state: Any, command: Command) -> None:

@@ -50,8 +50,12 @@ class KalmanLaw(ModelBasedLaw):
     attitude_noise: Positive = quantity(2.9e-4, "rad", "standard deviation σ_e of the attitude per sample", gain=False)
     rate_noise: Positive = quantity(1.1e-3, "rad/s", "standard deviation σ_ω of the rate per sample", gain=False)
     bias_walk: Positive = quantity(1e-4, "rad/(s·s½)", "density q_b of the bias's random walk", gain=False)
-    disturbance_walk: Positive = quantity(80.0, "rad/(s²·s½)", "density q_δ of the disturbance's random walk")
-    growth_walk: Positive = quantity(2600.0, "rad/(s³·s½)", "density q_γ of its growth's random walk")
+    disturbance_walk: Positive = quantity(
+        80.0, "rad/(s²·s½)", "density q_δ of the disturbance's random walk", searched=(1.0, 1000.0)
+    )
+    growth_walk: Positive = quantity(
+        2600.0, "rad/(s³·s½)", "density q_γ of its growth's random walk", searched=(30.0, 30000.0)
+    )
 
     def designed(self, period: float) -> dict[str, Array]:
         """Return the gain of the filter (5, 2): of e [rad] and ė [rad/s] on e, ė, δ, γ and b."""

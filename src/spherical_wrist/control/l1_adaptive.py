@@ -50,8 +50,8 @@ class L1Adaptive(ModelBasedLaw):
         estimate: Vector = quantity(0.0, "rad/s²", "estimate σ̂ of what the model misses")
         filtered: Vector = quantity(0.0, "rad/s²", "the same behind the filter C")
 
-    bandwidth: Positive = quantity(90.0, "1/s", "bandwidth ω_m of the desired dynamics")
-    filter_bandwidth: Positive = quantity(385.0, "1/s", "bandwidth ω_l of the filter C")
+    bandwidth: Positive = quantity(90.0, "1/s", "bandwidth ω_m of the desired dynamics", searched=(20.0, 500.0))
+    filter_bandwidth: Positive = quantity(385.0, "1/s", "bandwidth ω_l of the filter C", searched=(50.0, 2000.0))
     predictor: Positive = quantity(0.001, "1/s", "rate a at which the predictor forgets", gain=False)
 
     @staticmethod

@@ -57,8 +57,8 @@ class LinearADRC(ModelBasedLaw):
         rate_error: Vector = quantity(0.0, "rad/s", "estimated rate error z₂")
         disturbance: Vector = quantity(0.0, "rad/s²", "estimated total disturbance z₃")
 
-    bandwidth: Positive = quantity(92.0, "1/s", "bandwidth ω_c of the feedback")
-    observer_bandwidth: Positive = quantity(660.0, "1/s", "bandwidth ω_o of the observer")
+    bandwidth: Positive = quantity(92.0, "1/s", "bandwidth ω_c of the feedback", searched=(20.0, 500.0))
+    observer_bandwidth: Positive = quantity(660.0, "1/s", "bandwidth ω_o of the observer", searched=(50.0, 2000.0))
     output: Output = quantity("rate", "", "what the observer is driven by")
 
     @staticmethod

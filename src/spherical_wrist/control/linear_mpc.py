@@ -57,7 +57,9 @@ class LinearMPC(KalmanLaw):
 
         plan: _Plan = quantity(((0.0,) * HORIZON,) * 3, "rad/s²", "planned accelerations c, the next first")
 
-    bandwidth: Positive = quantity(200.0, "1/s", "bandwidth ω of the regulator: 1/ω⁶ is the weight of a change of c")
+    bandwidth: Positive = quantity(
+        200.0, "1/s", "bandwidth ω of the regulator: 1/ω⁶ is the weight of a change of c", searched=(20.0, 500.0)
+    )
 
     def designed(self, period: float) -> dict[str, Array]:
         """Return the gain of the filter, and the arrays of :func:`program`."""

@@ -46,7 +46,9 @@ class LQG(KalmanLaw):
 
     disturbance_walk: Positive = inherited(KalmanLaw, "disturbance_walk", 7.0)
     growth_walk: Positive = inherited(KalmanLaw, "growth_walk", 380.0)
-    bandwidth: Positive = quantity(43.0, "1/s", "bandwidth ω of the regulator: 1/ω⁴ is the weight of w²")
+    bandwidth: Positive = quantity(
+        43.0, "1/s", "bandwidth ω of the regulator: 1/ω⁴ is the weight of w²", searched=(20.0, 500.0)
+    )
 
     def designed(self, period: float) -> dict[str, Array]:
         """Return the gain of the filter (5, 2), and that of the regulator (2,) on e [1/s²] and ė [1/s]."""

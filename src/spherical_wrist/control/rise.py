@@ -49,12 +49,16 @@ class RISE(LimitAwareLaw):
 
         integral: Vector = quantity(0.0, "N·m", "integral torque w")
 
-    slope: Positive = quantity(140.0, "1/s", "slope λ of S (α₁)")
-    K: Positive = quantity(87.0, "1/s", "gain k of S (k_s + 1)")
-    integral_rate: Positive = quantity(84.0, "1/s", "rate α of the linear integral (α₂)")
-    sign_gain: NonNegativeVector = quantity(940.0, "rad/s³", "gain β of the integral of the sign, per axis")
+    slope: Positive = quantity(140.0, "1/s", "slope λ of S (α₁)", searched=(20.0, 500.0))
+    K: Positive = quantity(87.0, "1/s", "gain k of S (k_s + 1)", searched=(20.0, 500.0))
+    integral_rate: Positive = quantity(84.0, "1/s", "rate α of the linear integral (α₂)", searched=(10.0, 500.0))
+    sign_gain: NonNegativeVector = quantity(
+        940.0, "rad/s³", "gain β of the integral of the sign, per axis", searched=(30.0, 3000.0)
+    )
     switching: SwitchingName = quantity("saturation", "", "switching function")
-    phi: PositiveVector = quantity(0.1, "rad/s", "boundary layer φ per axis; sign only reports with it")
+    phi: PositiveVector = quantity(
+        0.1, "rad/s", "boundary layer φ per axis; sign only reports with it", searched=(0.03, 1.0)
+    )
 
     @property
     def boundary_layer(self) -> tuple[float, float, float]:

@@ -1,5 +1,6 @@
 """Sliding-mode control, eq. (16)–(25): an equivalent part for the model, a switching part for its errors."""
 
+from collections.abc import Mapping
 from typing import Any, ClassVar
 
 from spherical_wrist.control.contract import Bound, Command, LawStatus, Signal
@@ -37,6 +38,12 @@ class SlidingMode(SlidingSurfaceLaw):
     """
 
     status: ClassVar[LawStatus] = "paper"
+    exempt: ClassVar[Mapping[str, str]] = {
+        "restlessness": "the paper asks for no margin against delays, and at half the mass it has none",
+        "delay_margin_s": "the paper asks for no margin against delays, and at half the mass it has little",
+        "torque_step": "its slope is as steep as the paper has it, whatever the noise",
+        "gain_margin_db": "half the mass doubles the gain of a switching layer",
+    }
     tracks_to: ClassVar[Bound] = Bound(9.7e-4, 1.28e-3)
 
     slope: Positive = inherited(SlidingSurfaceLaw, "slope", 100.0)

@@ -55,13 +55,21 @@ class SlotineLi(LimitAwareLaw):
         damping: Vector = quantity(0.0, "N·m·s/rad", "viscous damping b")
         constant: Vector = quantity(0.0, "N·m", "constant torque c")
 
-    slope: Positive = quantity(191.0, "1/s", "slope λ of the sliding surface")
-    K: Positive = quantity(55.0, "1/s", "gain of the surface")
-    inertia_adaptation: NonNegative = quantity(1e-4, "s²/rad²", "adaptation gain of the inertia")
-    gravity_adaptation: NonNegative = quantity(20.0, "1/s²", "adaptation gain of the gravity moment")
-    damping_adaptation: NonNegative = quantity(0.07, "1/rad²", "adaptation gain of the damping")
-    torque_adaptation: NonNegative = quantity(17400.0, "1/s²", "adaptation gain of the constant torque")
-    inertia_limit: Positive = quantity(0.5, "", "largest deviation of the inertia, as a share of the nominal one")
+    slope: Positive = quantity(191.0, "1/s", "slope λ of the sliding surface", searched=(20.0, 500.0))
+    K: Positive = quantity(55.0, "1/s", "gain of the surface", searched=(20.0, 500.0))
+    inertia_adaptation: NonNegative = quantity(
+        1e-4, "s²/rad²", "adaptation gain of the inertia", searched=(1e-05, 0.01)
+    )
+    gravity_adaptation: NonNegative = quantity(
+        20.0, "1/s²", "adaptation gain of the gravity moment", searched=(1.0, 1000.0)
+    )
+    damping_adaptation: NonNegative = quantity(0.07, "1/rad²", "adaptation gain of the damping", searched=(0.001, 1.0))
+    torque_adaptation: NonNegative = quantity(
+        17400.0, "1/s²", "adaptation gain of the constant torque", searched=(1000.0, 100000.0)
+    )
+    inertia_limit: Positive = quantity(
+        0.5, "", "largest deviation of the inertia, as a share of the nominal one", gain=False
+    )
     gravity_limit: NonNegative = quantity(
         0.0, "N·m", "largest deviation of the gravity moment; 0 for what the motors can hold", gain=False
     )

@@ -47,11 +47,13 @@ class SuperTwisting(LimitAwareLaw):
 
         integral: Vector = quantity(0.0, "N·m", "integral torque w")
 
-    k1: PositiveVector = quantity(38.9, "rad½/(s·s½)", "gain k₁ of the root per axis")
-    k2: PositiveVector = quantity(8850.0, "rad/s³", "gain k₂ of the integral per axis")
-    slope: Positive = quantity(190.0, "1/s", "slope λ of the sliding surface")
+    k1: PositiveVector = quantity(38.9, "rad½/(s·s½)", "gain k₁ of the root per axis", searched=(5.0, 200.0))
+    k2: PositiveVector = quantity(8850.0, "rad/s³", "gain k₂ of the integral per axis", searched=(500.0, 50000.0))
+    slope: Positive = quantity(190.0, "1/s", "slope λ of the sliding surface", searched=(20.0, 500.0))
     switching: SwitchingName = quantity("saturation", "", "switching function")
-    phi: PositiveVector = quantity(0.5, "rad/s", "boundary layer φ per axis; sign only reports with it")
+    phi: PositiveVector = quantity(
+        0.5, "rad/s", "boundary layer φ per axis; sign only reports with it", searched=(0.05, 2.0)
+    )
 
     @property
     def boundary_layer(self) -> tuple[float, float, float]:

@@ -34,9 +34,9 @@ class TimeDelayControl(LimitAwareLaw):
 
     State = PastPeriod
 
-    Kp: PositiveVector = quantity(11500.0, "1/s²", "proportional gain per axis")
-    Kv: NonNegativeVector = quantity(78.5, "1/s", "derivative gain per axis")
-    inertia_share: Positive = quantity(0.268, "", "share s of the nominal inertia that M̄ is")
+    Kp: PositiveVector = quantity(11500.0, "1/s²", "proportional gain per axis", searched=(1000.0, 100000.0))
+    Kv: NonNegativeVector = quantity(78.5, "1/s", "derivative gain per axis", searched=(30.0, 1000.0))
+    inertia_share: Positive = quantity(0.268, "", "share s of the nominal inertia that M̄ is", searched=(0.05, 1.0))
 
     @staticmethod
     def step(signal: Signal, parameters: Any, state: Any, command: Command) -> None:

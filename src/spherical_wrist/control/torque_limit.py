@@ -40,6 +40,19 @@ def largest_mismatch(signal: Signal, axis: int) -> float:
     return 2.0 * float(signal.torque_limit[axis]) / float(signal.H[axis, axis])
 
 
+def largest_integral(signal: Signal, axis: int, rate: float, own: float, share: float) -> float:
+    """Return the largest integral part of a surface [rad/s], which reaching at ``rate`` [1/s] turns into acceleration.
+
+    Args:
+        signal: signal, with the limits of the motors and the inertia.
+        axis: body axis.
+        rate: κ [1/s].
+        own: the law's own limit [rad/s], 0 for none.
+        share: share of what the motors can do, τ_max / H_ii, that the integral may ask for.
+    """
+    return own if own > 0.0 else 0.5 * share * largest_mismatch(signal, axis) / rate
+
+
 def limited(value: float, limit: float) -> float:
     """Return the value clipped to ±limit."""
     return min(limit, max(-limit, value))
