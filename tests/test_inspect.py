@@ -153,6 +153,15 @@ def test_the_sheet_has_what_the_law_has(fuzzy):
     assert "wide: commanded" in titles(real)["Torque"]
 
 
+def test_the_panel_of_the_tip_error_has_the_bound_of_the_run(fuzzy):
+    panel = panel_of(run_picture(fuzzy, ["title"]), "Tip error, size")
+    (bound,) = {line.get_ydata()[0] for line in panel.lines if line.get_linestyle() == "--"}
+    assert bound == fuzzy.measurement.bound == 0.1
+    assert "bound 0.1 mm" in panel.get_title(loc="right")
+    low, high = panel.get_ylim()
+    assert low < bound < high
+
+
 def test_the_line_of_the_portrait_is_where_the_surface_is_zero():
     found = run(law="sliding_mode", initial_error=(0.05, 0.02, -0.03))
     panel = panel_of(run_picture(found, ["title"]), "Phase portrait, x")

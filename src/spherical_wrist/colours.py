@@ -10,6 +10,8 @@ AXES = (VERMILION, GREEN, BLUE)
 """Of x, y and z."""
 PALETTE = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY)
 """Of curves that are not x, y and z."""
+SIZES = (BLACK, ORANGE, SKY, PURPLE, YELLOW)
+"""Of curves that must not be taken for x, y or z, such as the lengths of vectors."""
 OWN, PAPER = VERMILION, BLUE
 """Of one's own law, and of the source paper's."""
 RIVALS = (BLACK, GREEN, PURPLE, SKY, ORANGE)
@@ -23,7 +25,7 @@ def of_components(names: Sequence[str]) -> list[str]:
 
     Empty if there are more than the palette has.
     """
-    axes = dict(zip("wxyz", (INK, *AXES), strict=True))
+    axes = dict(zip("wxyz", (GREY, *AXES), strict=True))
     firsts = [name.partition(" ")[0] for name in names]
     if all(first in axes for first in firsts):
         return [axes[first] for first in firsts]

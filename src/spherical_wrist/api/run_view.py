@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from spherical_wrist.api.view import Content, Summary, View, as_json, library
 from spherical_wrist.channels import WXYZ, XYZ
-from spherical_wrist.colours import AXES, INK
+from spherical_wrist.colours import GREY, INK
 from spherical_wrist.inspection.columns import columns
 from spherical_wrist.inspection.curves import drawable
 from spherical_wrist.inspection.drawing import STYLE, fit, fit_decades, line, lines, name
@@ -61,9 +61,9 @@ class RunView(View[Run]):
             line(tip, run.time, size, color=INK)
             fit_decades(tip, size)
             bound = run.measurement.bound
-            tip.axhline(bound, color=AXES[0], linestyle="--", linewidth=0.9)
+            tip.axhline(bound, color=GREY, linestyle="--", linewidth=1.2)
             tip.set(xlabel="time [s]", ylabel="|Δp| [mm]")
-            name(tip, "Tool tip error", f"dashed: {bound:g} mm")
+            name(tip, "Tip error", f"dashed: {bound:g} mm")
             lines(torque, run.time, run.torque)
             fit(torque, run.torque)
             torque.set(xlabel="time [s]", ylabel="τ [N·m]")

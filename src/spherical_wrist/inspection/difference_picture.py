@@ -9,7 +9,7 @@ import numpy.typing as npt
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from spherical_wrist.colours import PALETTE
+from spherical_wrist.colours import SIZES
 from spherical_wrist.inspection.difference import Difference, sizes
 from spherical_wrist.inspection.drawing import INK, MARK, STYLE, figure, fit_decades, line
 from spherical_wrist.inspection.instants import common_instants
@@ -60,7 +60,7 @@ def _draw(panel: Axes, time: Array, curves: Mapping[str, Array], tolerance: floa
         # what lies behind is wider, since arrays that follow from each other differ alike
         behind = place == 0 and len(curves) > 1
         width, alpha = (3.0, 0.4) if behind else (0.9, 1.0)
-        look: dict[str, Any] = {"color": PALETTE[place % len(PALETTE)], "linewidth": width, "alpha": alpha}
+        look: dict[str, Any] = {"color": SIZES[place % len(SIZES)], "linewidth": width, "alpha": alpha}
         if np.isnan(shown).mean() > 0.5:
             look |= {"marker": ".", "markersize": 3.0}  # rows by themselves make no line
         line(panel, time, shown, label=name.replace("_", " "), **look)

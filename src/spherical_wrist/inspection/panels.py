@@ -9,7 +9,7 @@ import numpy.typing as npt
 from matplotlib.axes import Axes
 
 from spherical_wrist.channels import XYZ, Place
-from spherical_wrist.colours import AXES, ORANGE, of_components
+from spherical_wrist.colours import AXES, GREY, ORANGE, of_components
 from spherical_wrist.inspection.curves import BINS, drawable, with_gaps
 from spherical_wrist.inspection.drawing import INK, LAYER, figure, fit, fit_decades, line, lines, name
 from spherical_wrist.measure.series import Plot, in_place
@@ -83,15 +83,21 @@ def _size(panel: Axes, run: Run, label: str, unit: str) -> None:
     line(panel, run.time, size, color=INK)
     title, figures = ("Attitude error", "error") if unit == "rad" else ("Tip error", "tip_error")
     rms, largest = (getattr(run.metrics, f"{which}_{figures}_{unit}") for which in ("rms", "max"))
-    fit_decades(panel, size)
+    bound = [run.measurement.bound] if unit == "mm" else []
+    fit_decades(panel, np.append(size, bound))
     for value, dash in ((rms, "-"), (largest, ":")):
         if value:
             start = min(max(run.measurement.window_start, run.time[0]), run.time[-1])
             stop = max(min(run.measurement.window_end, run.time[-1]), start)
             panel.hlines(value, start, stop, color=ORANGE, linestyle=dash, linewidth=1.3, zorder=3)
     panel.set_ylabel(label)
-    text = f"RMS {figure(rms)} (line) · largest {figure(largest)} {unit} (dots)" if rms is not None else ""
-    name(panel, f"{title}, size", text or "no sample in the steady window")
+    words = ["no sample in the steady window"]
+    if rms is not None:
+        words = [f"RMS {figure(rms, unit)} (line)", f"largest {figure(largest, unit)} (dots)"]
+    for limit in bound:
+        panel.axhline(limit, color=GREY, linestyle="--", linewidth=1.3, zorder=3)
+        words.append(f"bound {figure(limit, unit)} (dashed)")
+    name(panel, f"{title}, size", " · ".join(words))
 
 
 def _torque(panel: Axes, run: Run) -> None:

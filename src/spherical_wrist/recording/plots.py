@@ -7,8 +7,7 @@ import numpy as np
 import numpy.typing as npt
 import rerun as rr
 
-from spherical_wrist.channels import XYZ
-from spherical_wrist.colours import AXES, ORANGE, PALE, PALETTE, rgb
+from spherical_wrist.colours import ORANGE, PALE, of_components, rgb
 from spherical_wrist.measure.series import Plot, Series
 from spherical_wrist.recording.layout import SERIES, TIP_PLOT, plot_entity
 from spherical_wrist.recording.scene import timeline
@@ -117,12 +116,10 @@ def ranges(series: Series, bound: float) -> dict[str, tuple[float, float]]:
 def _colours(plot: Plot) -> list[tuple[int, int, int]]:
     """Return the colours of the curves: those of the axes, of the palette, or around the circle of hues."""
     count = len(plot.axes)
-    if plot.axes == list(XYZ):
-        return list(map(rgb, AXES))
     if count == 1:
         return [rgb(ORANGE)]
-    if count <= len(PALETTE):
-        return list(map(rgb, PALETTE[:count]))
+    if colours := of_components(plot.axes):
+        return list(map(rgb, colours))
     hues = (hsv_to_rgb(k / count, 0.6, 0.95) for k in range(count))
     return [(round(255.0 * red), round(255.0 * green), round(255.0 * blue)) for red, green, blue in hues]
 
