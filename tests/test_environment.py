@@ -17,6 +17,8 @@ from spherical_wrist import Experiment, WristError, simulate
 from spherical_wrist.environment import TRACK, register
 from spherical_wrist.environment.action import tunable_gains
 from spherical_wrist.experiment.presets import HARDWARE
+from spherical_wrist.inspection import inspect
+from spherical_wrist.inspection.replay import replay
 from spherical_wrist.sensing import Realistic
 from spherical_wrist.tuning.ranges import tunable
 
@@ -442,3 +444,60 @@ def test_an_option_of_reset_that_there_is_not_is_refused():
     with pytest.raises(WristError, match=r"unknown option 'masks'.*'reset_mask'"):
         together.reset(options={"masks": [True, False]})
     assert make(experiment=SHORT).reset(options={})
+
+
+@pytest.mark.parametrize("action", ["torque", "gains"])
+def test_an_episode_is_recorded_like_a_run(tmp_path, action):
+    """Pieces of inputs, a last step that is shorter, and late samples; actions of zeros are the run of the law."""
+    experiment = Experiment(**{**NOISY, "law": "computed_torque_integral", "duration": 0.71})
+    env = make(experiment=experiment, action=action, frame_skip=9, record=True)
+    with pytest.raises(gymnasium.error.ResetNeeded):
+        _ = env.unwrapped.run
+    _, _, _, told, _ = episode(env, zeros(env))
+    run, again = env.unwrapped.run, simulate(env.unwrapped.experiment)
+    assert figures(run.metrics) == told[-1]["metrics"]
+    assert list(run.channels) == list(again.channels)
+    for name, array in again.channels.items():
+        np.testing.assert_array_equal(run.channels[name], array, name)
+    assert run.description["law"]["action"] == action
+    path = run.save(tmp_path / "agent.rrd")
+    inspection = inspect(path)
+    inspection.check()
+    assert inspection.run.headline().startswith("agent on lissajous, 0.71 s, completed")
+    with pytest.raises(WristError, match="cannot be simulated again without the agent"):
+        replay(path)
+
+
+def test_a_part_of_an_episode_and_no_record():
+    env = make(experiment=SHORT, record=True, terminate_beyond={"tip_error_mm": 2.0})
+    env.reset()
+    for _ in range(3):
+        env.step(np.zeros(3))
+    assert (len(env.unwrapped.run), str(env.unwrapped.run.outcome.status)) == (3, "interrupted")
+    env = make(experiment=SHORT)
+    env.reset()
+    with pytest.raises(WristError, match="record=True"):
+        _ = env.unwrapped.run
+
+
+@pytest.mark.parametrize(
+    ("given", "advice"),
+    [
+        ({"law": "pd"}, "write experiment={'law': 'pd'}"),
+        ({"law": "pd", "duration": 2.0, "action": "gains"}, "write experiment={'law': 'pd', 'duration': 2.0}"),
+        ({"hardware": "realistic"}, "write experiment={'hardware': 'realistic'}"),
+        ({"sensing.delay": 0.002}, "write experiment={'sensing.delay': 0.002}"),
+        ({"seed": 3}, r"given to reset\(seed=3\)"),
+        ({"mass_scale": (0.7, 1.3)}, r"write randomize={'mass_scale': \(0.7, 1.3\)}"),
+        ({"tip_error_mm": 3.0}, "write terminate_beyond={'tip_error_mm': 3.0}"),
+        ({"effort": 0.1}, "write reward={'effort': 0.1}"),
+        ({"actoin": "gains"}, r"did you mean 'action'\?"),
+    ],
+)
+def test_an_argument_in_the_wrong_place_is_answered_with_the_right_one(given, advice):
+    for making in (gymnasium.make, gymnasium.make_vec):
+        with pytest.raises(WristError, match=advice) as caught:
+            making(TRACK, **given)
+        assert "\n" not in str(caught.value)
+    with pytest.raises(WristError, match="make_vec"):
+        make(num_envs=3)

@@ -10,7 +10,7 @@ import mujoco
 import pytest
 
 import spherical_wrist
-from sampling import some
+from sampling import long, some
 from spherical_wrist import Experiment
 from spherical_wrist.campaign.description import Campaign
 from spherical_wrist.cli import completion, main
@@ -40,7 +40,11 @@ def wrist(capsys, monkeypatch, tmp_path):
     return command
 
 
-@pytest.mark.parametrize("name", some(NAMES, 2))
+LONG = {"learning"}
+"""Guides whose examples take seconds."""
+
+
+@pytest.mark.parametrize("name", [pytest.param(name, marks=[long] * (name in LONG)) for name in some(NAMES, 2)])
 def test_examples_run_in_order(name, wrist, tmp_path, capsys, monkeypatch):
     before = set(sys.modules)
     scope, printed = {"__name__": "guide"}, ""

@@ -36,6 +36,7 @@ class EpisodeBatch:
         task: settings that all episodes share.
         num_envs: number of environments.
         threads: number of threads among which the environments are divided.
+        keeps_series: True to keep the series of the present episodes.
 
     Attributes:
         results: results of the last step, STEP_RESULT (num_envs,).
@@ -47,10 +48,10 @@ class EpisodeBatch:
         WristError: the law cannot be compiled, or MuJoCo cannot step the wrist.
     """
 
-    def __init__(self, task: Task, num_envs: int, threads: int = 1) -> None:
+    def __init__(self, task: Task, num_envs: int, threads: int = 1, *, keeps_series: bool = False) -> None:
         check_count("num_envs", num_envs)
         check_count("threads", threads)
-        self._task, self._cache = task, RunCache()
+        self._task, self._cache, self._keeps_series = task, RunCache(), keeps_series
         timing, threads = task.experiment.timing(task.nominal), min(threads, num_envs)
         plant = PlantModel(task.nominal, timing.physics_period)
         self._plants = [plant, *(plant.copy() for _ in range(num_envs - 1))]
@@ -107,7 +108,9 @@ class EpisodeBatch:
             plant, nominal = self._plants[index], self._nominals[index]
             plant.perturb(experiment.perturbation)
             models = Models(self._task.nominal, plant.model, plant.data, nominal)
-            self.episodes[index] = EpisodeRollout(experiment, self._task, self._cache, models, self._packed[index])
+            self.episodes[index] = EpisodeRollout(
+                experiment, self._task, self._cache, models, self._packed[index], self._keeps_series
+            )
             self._warn(self.episodes[index].loop.warnings)
             self._records[index] = self.episodes[index].initial_record()[0]
             self._samples[index] = self.episodes[index].samples
@@ -136,6 +139,9 @@ class EpisodeBatch:
         self._records["periods"] = frame_skip if skipped is None else np.where(skipped, -1, frame_skip)
         self._task.actions.write(clipped, self._packed)
         changed = self._run()
+        if self._keeps_series:
+            for index, episode in self.episodes.items():
+                episode.keep_rows(int(self._records[index]["offset"]))
         self.observations[:, MEASURED_SIZE:] = clipped
         self.infos = {}
         if changed:

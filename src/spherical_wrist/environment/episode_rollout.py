@@ -7,14 +7,20 @@ import numpy.typing as npt
 
 from spherical_wrist.environment.step import EPISODE_RECORD
 from spherical_wrist.environment.task import Task
+from spherical_wrist.errors import ParameterError
 from spherical_wrist.experiment.description import Experiment
+from spherical_wrist.experiment.embedded_files import EmbeddedFiles, description_of
 from spherical_wrist.loop.addresses import array_address, array_addresses
 from spherical_wrist.loop.loop import LOG
+from spherical_wrist.loop.outcome import Outcome, Status
 from spherical_wrist.loop.rollout import LogMemory, fill_run_record
-from spherical_wrist.measure.logged import Logged
+from spherical_wrist.measure.logged import Logged, channels_of
+from spherical_wrist.measure.series import Series
+from spherical_wrist.measure.warnings import warnings_of, without_repeats
 from spherical_wrist.prepare.cache import Models, RunCache
 from spherical_wrist.prepare.closed_loop import prepare
 from spherical_wrist.simulation.metric_accumulator import MetricAccumulator
+from spherical_wrist.simulation.run import AGENT, Run, circumstances
 
 Array = npt.NDArray[np.float64]
 
@@ -23,7 +29,7 @@ INPUT_CHUNK = 512
 
 
 class EpisodeRollout:
-    """EpisodeRollout in progress. It owns the arrays whose addresses are in its record.
+    """Episode in progress. It owns the arrays whose addresses are in its record.
 
     Args:
         experiment: experiment of the episode.
@@ -31,6 +37,7 @@ class EpisodeRollout:
         cache: cache of the thread.
         models: plant and nominal model.
         parameters: packed parameters of the law, which actions are written to.
+        keeps_series: True to keep the series of the episode, for :meth:`run`.
 
     Attributes:
         experiment: experiment of the episode.
@@ -41,7 +48,15 @@ class EpisodeRollout:
         WristError: the experiment cannot be run.
     """
 
-    def __init__(self, experiment: Experiment, task: Task, cache: RunCache, models: Models, parameters: Array) -> None:
+    def __init__(
+        self,
+        experiment: Experiment,
+        task: Task,
+        cache: RunCache,
+        models: Models,
+        parameters: Array,
+        keeps_series: bool = False,
+    ) -> None:
         self.experiment, self._task = experiment, task
         self._timing = experiment.timing(task.nominal)
         self.samples = self._timing.samples
@@ -55,6 +70,8 @@ class EpisodeRollout:
             parts.sensor.settings.copy(),
             LogMemory(np.empty(periods, LOG), *(np.empty((periods, width)) for width in self.loop.widths)),
         )
+        self._kept: list[Series] | None = [Series.empty()] if keeps_series else None
+        self._offset = 0
 
     def _next(self) -> int:
         """Return the end of the next chunk of inputs, which has one more instant for the last observation."""
@@ -88,7 +105,54 @@ class EpisodeRollout:
 
     def _write_inputs(self, record: Any) -> None:
         record["run"]["inputs"] = array_addresses(self._inputs)
-        record["offset"] = 0
+        record["offset"] = self._offset = 0
+
+    def keep_rows(self, offset: int) -> None:
+        """Keep the rows that the last step logged.
+
+        Args:
+            offset: row of the present instant in the inputs.
+        """
+        if self._kept is None or offset == self._offset:
+            return
+        first, self._offset = self._offset, offset
+        experiment = self.experiment
+        channels = channels_of(experiment.law, experiment.sensing, experiment.actuation)
+        self._kept.append(self._logged(first, offset - first).series(self.loop.wrist, channels))
+
+    def _logged(self, first: int, count: int) -> Logged:
+        """Return the rows that a call logged, from a row of the inputs on."""
+        inputs, rows = self._inputs, slice(first, first + count)
+        disturbance = inputs.disturbance[:: self._timing.substeps]
+        return Logged(
+            inputs.time[rows], inputs.desired[rows], disturbance[rows], *(array[:count] for array in self._memory)
+        )
+
+    def run(self) -> Run:
+        """Return the episode so far as a run, in which an agent has the place of the law.
+
+        Raises:
+            ParameterError: the series was not kept.
+        """
+        if self._kept is None:
+            raise ParameterError("the episode was not recorded: make the environment with record=True")
+        task, files = self._task, EmbeddedFiles.of(self.experiment)
+        series = Series.joined(self._kept)
+        law = {"name": AGENT, "action": "gains" if task.actions.factor else "torque", "numbers": task.actions.names}
+        time = float(series.time[-1]) + self._timing.control_period if len(series) else 0.0
+        metrics = self._metrics.result()
+        return Run(
+            channels=series.channels,
+            described=series.described,
+            description={**description_of(self.experiment, files), "law": law},
+            outcome=self.loop.outcome or Outcome(Status.INTERRUPTED, time, "the episode was ended, or goes on"),
+            metrics=metrics,
+            measurement=self.experiment.measurement(task.nominal),
+            versions=circumstances(),
+            warnings=without_repeats((*self.loop.warnings, *warnings_of(metrics))),
+            embedded_files=files,
+            _experiment=self.experiment,
+        )
 
     def record_fault(self, record: Any) -> None:
         """Count the periods of a call in which the law raised, and add them to the metrics.
@@ -98,12 +162,9 @@ class EpisodeRollout:
         Args:
             record: EPISODE_RECORD of this episode, updated.
         """
-        parts, inputs, offset = self.loop.parts, self._inputs, int(record["offset"])
-        signal, settings, memory = parts.signal[0], parts.settings[0], self._memory
+        signal, settings = self.loop.parts.signal[0], self.loop.parts.settings[0]
         done = round(float(signal["time"] / settings["period"])) - int(settings["first"])
-        disturbance = inputs.disturbance[:: int(settings["substeps"])]
-        rows = (array[offset : offset + done] for array in (inputs.time, inputs.desired, disturbance))
-        self._metrics.add(Logged(*rows, *(array[:done] for array in memory)))
+        self._metrics.add(self._logged(int(record["offset"]), done))
         settings["first"] += done
         record["offset"] += done
         record["remaining"] -= done

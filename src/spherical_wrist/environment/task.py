@@ -1,6 +1,6 @@
 """Task: checked arguments of an environment, the same for one environment and for a vector environment."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from os import PathLike
 from pathlib import Path
 from typing import Any, NamedTuple, Self, TypeVar
@@ -12,7 +12,7 @@ from spherical_wrist.environment.action import Actions
 from spherical_wrist.environment.observation import NAMES, UNITS
 from spherical_wrist.environment.randomize import Randomization
 from spherical_wrist.environment.reward import Limits, Reward
-from spherical_wrist.errors import ParameterError
+from spherical_wrist.errors import ParameterError, UnknownNameError
 from spherical_wrist.experiment.description import Experiment, with_changes
 from spherical_wrist.parameters import Parameters
 from spherical_wrist.wrist import Wrist
@@ -84,6 +84,37 @@ class Task(NamedTuple):
     def observation_units(self) -> tuple[str, ...]:
         """Units of the numbers of an observation."""
         return (*UNITS, *("" for _ in self.actions.names))
+
+
+def refuse_others(others: Mapping[str, Any], known: Iterable[str]) -> None:
+    """Refuse arguments that an environment does not have, and say where they belong.
+
+    Args:
+        others: the arguments.
+        known: names of those that it has.
+
+    Raises:
+        UnknownNameError: a name is unknown.
+        ParameterError: a name is one of an experiment, of a reward, or of a limit.
+    """
+    tables = {
+        "experiment": {*Experiment.model_fields, "hardware"},
+        "reward": set(Reward.model_fields),
+        "terminate_beyond": set(Limits.model_fields),
+    }
+    for name, value in others.items():
+        if name == "num_envs":
+            raise ParameterError(f"num_envs = {value!r}: several wrists are made by gymnasium.make_vec(...)")
+        table = next((table for table, names in tables.items() if name.partition(".")[0] in names), None)
+        if table is None:
+            raise UnknownNameError("argument", name, set(known) - {"self", "others"})
+        if table == "experiment" and isinstance(value, tuple | list) and len(value) == 2:
+            table = "randomize"
+        same = {name: value}
+        if table != "randomize":
+            same = {other: each for other, each in others.items() if other.partition(".")[0] in tables[table]}
+        advice = f"; the seed of an episode is given to reset(seed={value!r})" if name == "seed" else ""
+        raise ParameterError(f"{name} = {value!r} is no argument of an environment: write {table}={same!r}{advice}")
 
 
 def check_count(name: str, given: Any) -> None:

@@ -1,6 +1,7 @@
 """Environment with one wrist."""
 
 from collections.abc import Mapping, Sequence
+from inspect import signature
 from os import PathLike
 from typing import Any
 
@@ -14,8 +15,9 @@ from gymnasium.utils import EzPickle
 from spherical_wrist.environment.episode_batch import EpisodeBatch
 from spherical_wrist.environment.rendering import EnvironmentRenderer
 from spherical_wrist.environment.spaces import action_space, check_options, observation_space, render_mode_of
-from spherical_wrist.environment.task import Task
+from spherical_wrist.environment.task import Task, refuse_others
 from spherical_wrist.experiment.description import Experiment
+from spherical_wrist.simulation.run import Run
 
 Array = npt.NDArray[np.float64]
 
@@ -49,6 +51,8 @@ class TrackEnv(gymnasium.Env[npt.NDArray[Any], npt.NDArray[Any]], EzPickle):
         gains: names of the gains that the actions set; by default all.
         gain_factor: largest factor by which a gain is multiplied or divided.
         render_mode: ``"rgb_array"`` for images by :meth:`render`, which need OpenGL but no display.
+        record: True to keep the series of the present episode, for :attr:`run`.
+        **others: none; what belongs elsewhere, such as ``law``, is refused with advice.
 
     Attributes:
         observation_names: names of the numbers of an observation; see :mod:`spherical_wrist.environment.observation`.
@@ -73,15 +77,18 @@ class TrackEnv(gymnasium.Env[npt.NDArray[Any], npt.NDArray[Any]], EzPickle):
         gains: Sequence[str] | None = None,
         gain_factor: float = 4.0,
         render_mode: str | None = None,
+        record: bool = False,
+        **others: Any,
     ) -> None:
+        refuse_others(others, signature(TrackEnv).parameters)
         given = (experiment, action, frame_skip, randomize, reward, terminate_beyond, gains, gain_factor)
-        EzPickle.__init__(self, *given, render_mode)
+        EzPickle.__init__(self, *given, render_mode, record)
         self._task = Task.of(*given)
         self.render_mode = render_mode_of(render_mode, RENDER_MODES)
         step = self._task.frame_skip * self._task.experiment.control_period
         self.metadata = {**self.metadata, "render_fps": 1.0 / step}
         self._renderer = EnvironmentRenderer(self._task.nominal)
-        self._batch = EpisodeBatch(self._task, 1)
+        self._batch = EpisodeBatch(self._task, 1, keeps_series=record)
         self.action_space: Space[npt.NDArray[Any]] = action_space(self._task)
         self.observation_space: Space[npt.NDArray[Any]] = observation_space(self._task)
         self.observation_names, self.observation_units = self._task.observation_names, self._task.observation_units
@@ -120,6 +127,18 @@ class TrackEnv(gymnasium.Env[npt.NDArray[Any], npt.NDArray[Any]], EzPickle):
         self._over = 0 in batch.infos
         ends = bool(result["terminated"]), bool(result["truncated"])
         return batch.observations[0].copy(), float(result["reward"]), *ends, info | batch.infos.get(0, {})
+
+    @property
+    def run(self) -> Run:
+        """Present or last episode as a run, to be saved as a recording: ``env.unwrapped.run.save("policy.rrd")``.
+
+        Raises:
+            ResetNeeded: no episode has begun.
+            ParameterError: the environment was not made with ``record=True``.
+        """
+        if not self._batch.episodes:
+            raise ResetNeeded("no episode has begun: call reset() first")
+        return self._batch.episodes[0].run()
 
     def render(self) -> Any:
         """Render an image (480, 640, 3) of the wrist, with a ghost at the desired attitude; None without a render mode.

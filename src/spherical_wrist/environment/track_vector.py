@@ -1,6 +1,7 @@
 """Vector environment: many wrists, stepped together in compiled code."""
 
 from collections.abc import Mapping, Sequence
+from inspect import signature
 from os import PathLike
 from typing import Any
 
@@ -20,7 +21,7 @@ from spherical_wrist.environment.spaces import (
     render_mode_of,
     seeds_of,
 )
-from spherical_wrist.environment.task import Task
+from spherical_wrist.environment.task import Task, refuse_others
 from spherical_wrist.experiment.description import Experiment
 
 Array = npt.NDArray[np.float64]
@@ -48,6 +49,7 @@ class TrackVectorEnv(VectorEnv[Array, npt.NDArray[Any], npt.NDArray[Any]], EzPic
         gains: see ``TrackEnv``.
         gain_factor: see ``TrackEnv``.
         render_mode: None, the only mode: only a single ``TrackEnv`` renders.
+        **others: none; what belongs elsewhere, such as ``law``, is refused with advice.
 
     Attributes:
         observation_names: names of the numbers of an observation.
@@ -73,7 +75,9 @@ class TrackVectorEnv(VectorEnv[Array, npt.NDArray[Any], npt.NDArray[Any]], EzPic
         gains: Sequence[str] | None = None,
         gain_factor: float = 4.0,
         render_mode: str | None = None,
+        **others: Any,
     ) -> None:
+        refuse_others(others, signature(TrackVectorEnv).parameters)
         given = (experiment, action, frame_skip, randomize, reward, terminate_beyond, gains, gain_factor)
         EzPickle.__init__(self, num_envs, autoreset_mode, threads, *given, render_mode)
         self._task = Task.of(*given)

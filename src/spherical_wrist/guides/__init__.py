@@ -20,6 +20,7 @@ NAMES = (
     "wrist",
     "recordings",
     "paper",
+    "learning",
 )
 """All guides, in reading order."""
 

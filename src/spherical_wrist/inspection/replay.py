@@ -8,7 +8,7 @@ from spherical_wrist.errors import RecordingError, WristError
 from spherical_wrist.inspection.difference import Difference, difference
 from spherical_wrist.loop.outcome import Status
 from spherical_wrist.recording.runs import load_recording
-from spherical_wrist.simulation.run import Run
+from spherical_wrist.simulation.run import AGENT, Run
 from spherical_wrist.simulation.simulate import simulate
 
 LONGEST = 10**9
@@ -65,6 +65,8 @@ def replay(
         WristError: its experiment cannot be simulated here.
     """
     recorded, name = load_recording(path, trust=trust), f"recording {str(path)!r}"
+    if recorded.description["law"]["name"] == AGENT:
+        raise RecordingError(f"{name} is of an agent in an environment: it cannot be simulated again without the agent")
     if "model" not in recorded.embedded_files.places:
         raise RecordingError(
             f"{name} was made by a version that kept no files in it: it cannot be replayed from itself"

@@ -323,7 +323,9 @@ class Metric:
     def written(self, value: float | None) -> str:
         """Write a value with two digits and the unit in which people see it; a dash for None."""
         found = self.shown_value(value)
-        return "—" if found is None else f"{found:.2g} {self.shown_unit}".strip()
+        if found is None:
+            return "—"
+        return f"{f'{found:.2g}' if abs(found) < 99.5 else f'{found:.0f}'} {self.shown_unit}".strip()
 
     @property
     def label_and_unit(self) -> str:

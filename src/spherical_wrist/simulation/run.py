@@ -26,6 +26,9 @@ from spherical_wrist.simulation.verdict import Verdict, verdict
 from spherical_wrist.versions import package_version
 from spherical_wrist.wrist import Names, Wrist
 
+AGENT = "agent"
+"""Name of the law in the description of a run in which an agent acted; it cannot be simulated again without it."""
+
 PACKAGES = ("spherical-wrist", "mujoco", "numpy", "scipy", "numba", "llvmlite", "pydantic", "rerun-sdk")
 
 
