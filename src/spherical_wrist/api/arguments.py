@@ -6,7 +6,7 @@ from os import PathLike
 from pathlib import Path
 from typing import Any
 
-from spherical_wrist.comparison.law_selection import Laws, law_text, laws_from_texts
+from spherical_wrist.comparison.law_selection import Laws, law_text, laws_from_texts, named_law
 from spherical_wrist.control import Law
 from spherical_wrist.errors import ParameterError
 from spherical_wrist.experiment.command import law_address
@@ -61,9 +61,9 @@ def law_of(given: LawGiven) -> Law:
 
 
 def _labelled(given: Any) -> Laws:
-    """Return a law by its label: the text by which it was given, or its name and the parameters that differ."""
+    """Return a law by its label: its text, that before ``=`` in ``mine=my.py:Law``, or name and unusual parameters."""
     if isinstance(given, str):
-        return laws_from_texts([given], {}, {})
+        return dict([named_law(given)])
     law: Law = Law.resolve(given, default="")
     return {law_text(law, law.name) or law.name: law}
 

@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from spherical_wrist.api.sweep import CampaignResults
-from spherical_wrist.api.view import Content, Summary, View, as_json
+from spherical_wrist.api.view import Content, View, as_json
 from spherical_wrist.campaign.summary import FIGURES, QUANTILES
 from spherical_wrist.measure.bound import BOUND
 from spherical_wrist.measure.metrics import METRICS
@@ -18,6 +18,7 @@ from spherical_wrist.picture_style import STYLE, law_looks
 from spherical_wrist.plain_text import literal
 from spherical_wrist.report.findings import findings
 from spherical_wrist.report.page import page
+from spherical_wrist.result_table import Column, ResultTable
 
 
 class CampaignView(View[CampaignResults]):
@@ -30,21 +31,22 @@ class CampaignView(View[CampaignResults]):
         """Summary of each law."""
         return self.result.summary()
 
-    def summary(self) -> Summary:
+    def summary(self) -> ResultTable:
         """Return episodes by outcome, and median and 95 % of the errors of those that completed."""
         quantiles = {"median": str(QUANTILES[0]), "95 %": str(QUANTILES[1])}
-        headings = ["law", "episodes", "not completed"]
-        headings += [f"{METRICS[name].heading_and_unit}, {word}" for name in FIGURES for word in quantiles]
+        figures = [(METRICS[name], word) for name in FIGURES for word in quantiles]
+        columns = [Column("law", text=True), Column("episodes"), Column("not completed")]
+        columns += [Column(f"{metric.heading}, {word}", metric.shown_unit) for metric, word in figures]
         rows = [
             [
                 law["law"],
                 law["episodes"],
                 law["episodes"] - law["completed"],
-                *(law[name].get(key) for name in FIGURES for key in quantiles.values()),
+                *(metric.shown_value(law[metric.name].get(quantiles[word])) for metric, word in figures),
             ]
             for law in self.laws
         ]
-        return Summary(headings, rows)
+        return ResultTable(self.result.headline(), columns, rows)
 
     def figure(self) -> Figure:
         """Draw the shares of episodes up to each error, by law; those that did not complete are beyond all."""

@@ -45,7 +45,7 @@ def compare(
         cases: ``"default"`` for the suite of the package, the name of one of its cases or a list of names, a file of
             cases, or a table of changed parameters by name, such as ``{"late": {"sensing.delay": 0.002}}``.
         experiment: experiment that the cases change; by default the default experiment.
-        seeds: number of seeds with which a case is run in which something is random.
+        seeds: number of seeds with which a case is run in which something is random; the others are run once.
         record: patterns ``LAW:CASE``, with ``*`` and ``?``, of the runs to record; ``"all"`` for every run.
         folder: folder for recordings.
         jobs: number of threads; by default one for each core.

@@ -6,12 +6,19 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
-from spherical_wrist.api.view import Content, Summary, View, as_json
+from spherical_wrist.api.view import Content, View, as_json
 from spherical_wrist.comparison.picture import pareto_picture
-from spherical_wrist.comparison.report import CHATTERING, ERROR, as_csv, as_markdown, to_dict
+from spherical_wrist.comparison.report import CHATTERING, ERROR, TIP_ERROR, as_csv, as_markdown, to_dict
 from spherical_wrist.comparison.results import Comparison
 from spherical_wrist.measure.metrics import METRICS
-from spherical_wrist.report.parts import written
+from spherical_wrist.result_table import Column, ResultTable, short
+
+MEANS = (
+    (ERROR, METRICS[ERROR].heading, METRICS[ERROR].unit),
+    (TIP_ERROR, METRICS[TIP_ERROR].heading, METRICS[TIP_ERROR].unit),
+    (CHATTERING, "chattering", "× plain"),
+)
+"""Figures of which a ranking has the means: key, heading, unit."""
 
 
 class ComparisonView(View[Comparison]):
@@ -27,20 +34,22 @@ class ComparisonView(View[Comparison]):
         """Return the warnings of the runs."""
         return [f"warning: {warning}" for warning in self.table["warnings"]]
 
-    def summary(self) -> Summary:
+    def summary(self) -> ResultTable:
         """Return the ranking, with mean errors and chattering by hardware."""
         groups = list(self.table["laws"][0]["groups"])
-        short = [group.partition(" ")[0] for group in groups]
-        headings = ["law", "rank", "median ratio", "worst ratio", "best on", "within 5 % on", "lost"]
-        headings += [f"RMS error, {word} [{METRICS[ERROR].unit}]" for word in short]
-        headings += [f"chattering, {word} [×]" for word in short]
+        columns = [Column("law", text=True), Column("rank"), Column("median ratio"), Column("worst ratio")]
+        columns += [Column("best on"), Column("within 5 % on"), Column("lost runs")]
+        figures = [(key, group, heading, unit) for key, heading, unit in MEANS for group in groups]
+        columns += [Column(f"{heading}, {group.partition(' ')[0]}", unit) for _, group, heading, unit in figures]
         rows = []
         for row in self.table["laws"]:
-            means = [row["groups"][group][key] for key in (ERROR, CHATTERING) for group in groups]
-            figures = [None if each is None else each["mean"] for each in means]
-            place = [row[key] for key in ("law", "rank", "median_ratio", "worst_ratio", "wins", "within_5_percent")]
-            rows.append([*place, len(row["lost"]), *figures])
-        return Summary(headings, rows)
+            counts = [row[key] for key in ("wins", "within_5_percent", "lost_runs")]
+            means = [row["groups"][group][key] for key, group, *_ in figures]
+            ratios = [row["median_ratio"], row["worst_ratio"]]
+            rows.append(
+                [row["law"], row["rank"], *ratios, *counts, *(None if each is None else each["mean"] for each in means)]
+            )
+        return ResultTable(self.result.headline(), columns, rows, notes=self.notes())
 
     def figure(self) -> Figure:
         """Draw mean error against mean chattering."""
@@ -58,11 +67,7 @@ class ComparisonView(View[Comparison]):
         """Return pictures, tables, and the files that ``wrist compare`` writes."""
         own: dict[str, Callable[[Path], Content]] = {
             ".csv": lambda path: as_csv(self.table).encode(),
-            ".md": lambda path: as_markdown(self.table, _number).encode(),
+            ".md": lambda path: as_markdown(self.table, short).encode(),
             ".json": lambda path: as_json(self.table),
         }
         return {**super().files(), **own}
-
-
-def _number(value: float | None) -> str:
-    return "—" if value is None else str(written(value)).replace("<sup>", "^").replace("</sup>", "")

@@ -1,17 +1,16 @@
 """View of a frontier."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 from matplotlib.figure import Figure
 
 from spherical_wrist.api.frontier import Frontier
-from spherical_wrist.api.view import Content, Summary, View, as_json
-from spherical_wrist.comparison.crossing import CrossingStatus
+from spherical_wrist.api.view import Content, View, as_json
 from spherical_wrist.comparison.frontier_picture import frontier_picture
-from spherical_wrist.experiment.axes import Axis
-from spherical_wrist.report.parts import written
+from spherical_wrist.comparison.frontier_table import frontier_table
+from spherical_wrist.result_table import ResultTable
 
 
 class FrontierView(View[Frontier]):
@@ -23,14 +22,13 @@ class FrontierView(View[Frontier]):
         super().__init__(result)
         self.table = result.to_dict()
 
-    def summary(self) -> Summary:
+    def summary(self) -> ResultTable:
         """Return the values at the first misses, in display units."""
-        headings = ["law", *(f"{axis.name} [{axis.shown[1]}]" for axis in self.result.axes)]
-        rows = [
-            [law["law"], *(_entry(law["edges"][axis.name], axis) for axis in self.result.axes)]
-            for law in self.table["laws"]
-        ]
-        return Summary(headings, rows)
+        return frontier_table(self.table, self.result.axes)
+
+    def notes(self) -> list[str]:
+        """Return the warnings of the runs."""
+        return [f"warning: {warning}" for warning in self.table["warnings"]]
 
     def figure(self) -> Figure:
         """Draw one panel per axis."""
@@ -55,12 +53,3 @@ class FrontierView(View[Frontier]):
     def files(self) -> dict[str, Callable[[Path], Content]]:
         """Return pictures, tables, and JSON."""
         return {**super().files(), ".json": lambda path: as_json(self.table)}
-
-
-def _entry(edge: Mapping[str, Any], axis: Axis) -> str:
-    scale = axis.shown[0]
-    if edge["found"] == CrossingStatus.NOMINAL:
-        return "nominal"
-    if edge["found"] == CrossingStatus.NEVER:
-        return f"{'<' if axis.downwards else '>'} {scale * edge['holds']:.3g}"
-    return str(written(scale * edge["misses"], short=True))

@@ -8,9 +8,11 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from spherical_wrist.api.margins import Margins
-from spherical_wrist.api.view import Content, Summary, View, as_json, library
+from spherical_wrist.api.view import Content, View, as_json, library
+from spherical_wrist.result_table import ResultTable, beside
 from spherical_wrist.stability.picture import margins_picture
 from spherical_wrist.stability.report import HEADLINE
+from spherical_wrist.stability.tables import margins_table, ranges_table
 
 UNITS = {"_db": "dB", "_deg": "°", "_s": "s", "_hz": "Hz", "_mm": "mm", "_kg": "kg"}
 """Units by the ends of names."""
@@ -31,11 +33,9 @@ class MarginsView(View[Margins]):
         """Return why a law has no margins."""
         return [f"{law['law']}: no margins; {law['reason']}" for law in self.table["laws"] if not law["stable"]]
 
-    def summary(self) -> Summary:
-        """Return the margins at the plant's input."""
-        names = (*HEADLINE, "bandwidth_hz", "worst_tip_error_mm")
-        headings = ["law", *(f"{name.removesuffix(_end(name)).replace('_', ' ')}{_unit(name)}" for name in names)]
-        return Summary(headings, [[law["law"], *(law[name] for name in names)] for law in self.table["laws"]])
+    def summary(self) -> ResultTable:
+        """Return the margins at the plant's input, and the ranges, of the laws that have them."""
+        return beside(margins_table(self.table), ranges_table(self.table))
 
     def figure(self) -> Figure:
         """Draw sensitivity and tip response over the frequency, and the worst tip errors."""
@@ -75,7 +75,3 @@ class MarginsView(View[Margins]):
 
 def _end(name: str) -> str:
     return next((end for end in UNITS if name.endswith(end)), "")
-
-
-def _unit(name: str) -> str:
-    return f" [{UNITS[_end(name)]}]" if _end(name) else ""

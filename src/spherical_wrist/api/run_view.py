@@ -8,7 +8,7 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 
-from spherical_wrist.api.view import Content, Summary, View, as_json, library
+from spherical_wrist.api.view import Content, View, as_json, library
 from spherical_wrist.channels import WXYZ, XYZ
 from spherical_wrist.colours import GREY, INK
 from spherical_wrist.inspection.columns import columns
@@ -20,6 +20,7 @@ from spherical_wrist.inspection.picture import run_picture
 from spherical_wrist.measure.metrics import METRICS
 from spherical_wrist.recording.experiment_text import title
 from spherical_wrist.recording.runs import record
+from spherical_wrist.result_table import Column, ResultTable
 from spherical_wrist.simulation.run import Run
 
 DIMENSIONS: Mapping[tuple[str, ...], str] = {XYZ: "axis", WXYZ: "component"}
@@ -35,13 +36,14 @@ class RunView(View[Run]):
         """Return the warnings of the run."""
         return [f"warning: {warning}" for warning in self.result.warnings]
 
-    def summary(self) -> Summary:
+    def summary(self) -> ResultTable:
         """Return the metrics."""
         rows = [
-            (METRICS[each].label, METRICS[each].shown_value(value), METRICS[each].shown_unit)
-            for each, value in self.result.metrics.available.items()
+            (METRICS[name].label, METRICS[name].shown_value(value), METRICS[name].shown_unit)
+            for name, value in self.result.metrics.available.items()
         ]
-        return Summary(("metric", "value", "unit"), rows)
+        columns = (Column("metric", text=True), Column("value"), Column("unit", text=True))
+        return ResultTable(self.result.headline(), columns, rows, notes=self.notes())
 
     def figure(self) -> Figure:
         """Draw the inspection sheet; an empty figure of a run without series."""

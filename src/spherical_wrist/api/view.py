@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import cache, partial
 from importlib import import_module
 from pathlib import Path
-from typing import Any, ClassVar, Generic, NamedTuple, TypeVar
+from typing import Any, ClassVar, Generic, TypeVar
 
 import numpy as np
 import pyarrow as pa
@@ -22,6 +22,7 @@ from spherical_wrist.picture_file import PICTURES, check_ending, picture_bytes, 
 from spherical_wrist.plain_text import visible
 from spherical_wrist.report.parts import written
 from spherical_wrist.result import Result
+from spherical_wrist.result_table import TABLES, Cell, ResultTable, table_content
 
 Shown = TypeVar("Shown", bound=Result)
 Row = Mapping[str, Any]
@@ -32,18 +33,6 @@ DOTS = 90
 
 EXTRA = "notebook"
 """Extra of the package that brings the libraries of data frames and data sets."""
-
-
-class Summary(NamedTuple):
-    """Short table for a notebook.
-
-    Attributes:
-        headings: headings of the columns.
-        rows: entries; numbers are formatted.
-    """
-
-    headings: Sequence[str]
-    rows: Sequence[Sequence[Any]]
 
 
 class View(ABC, Generic[Shown]):
@@ -62,8 +51,8 @@ class View(ABC, Generic[Shown]):
         self.result = result
 
     @abstractmethod
-    def summary(self) -> Summary:
-        """Return the table of a notebook."""
+    def summary(self) -> ResultTable:
+        """Return the table of a notebook and of a paper."""
 
     @abstractmethod
     def figure(self) -> Figure:
@@ -88,18 +77,22 @@ class View(ABC, Generic[Shown]):
     def files(self) -> dict[str, Callable[[Path], Content]]:
         """Return functions that give the content of a file, by the end of its name."""
         pictures = dict.fromkeys(PICTURES, lambda path: picture_content(self.figure(), path))
-        return {**pictures, ".csv": lambda path: self._as_csv(), ".parquet": lambda path: self._as_parquet()}
+        tables = dict.fromkeys(TABLES, lambda path: table_content(self.summary(), path))
+        return {**pictures, **tables, ".csv": lambda path: self._as_csv(), ".parquet": lambda path: self._as_parquet()}
 
     # --- the same for all results -------------------------------------------------------------------------------------
 
     def html(self) -> str:
         """Return the HTML of a notebook; everything in it is escaped."""
-        summary = self.summary()
+        table = self.summary()
         html: str = _template().render(
             headline=self.result.headline(),
             notes=self.notes(),
-            headings=summary.headings,
-            rows=[[_entry(each) for each in row] for row in summary.rows],
+            columns=table.columns,
+            rows=[
+                [(_entry(cell), (row, place) in table.best) for place, cell in enumerate(cells)]
+                for row, cells in enumerate(table.rows)
+            ],
             picture=base64.b64encode(_png(self.small_figure())).decode(),
         )
         return html
@@ -189,11 +182,11 @@ def _plain(value: Any) -> Any:
     return json.dumps(value, ensure_ascii=False) if isinstance(value, list | tuple | dict) else value
 
 
-def _entry(value: Any) -> Any:
+def _entry(cell: Cell) -> Any:
     """Return a number in three digits, a dash for None, and text as it is."""
-    if value is None:
+    if cell is None:
         return "—"
-    return written(float(value)) if isinstance(value, float) else value
+    return cell if isinstance(cell, str) else written(cell, short=True)
 
 
 def _gridded(values: Sequence[Any], places: Sequence[tuple[int, ...]], shape: tuple[int, ...]) -> Any:
