@@ -49,6 +49,7 @@ def test_json_is_one_object_with_the_promised_keys(wrist):
         "control_period_s",
         "seed",
         "recording",
+        "replaced",
         "wall_time_s",
         "real_time_factor",
         "metrics",
@@ -139,13 +140,13 @@ def test_inspect_shows_what_was_run_and_recomputes_its_metrics(wrist):
 
 
 def test_list_names_everything_with_units(wrist):
-    code, out, _ = wrist("list")
+    code, out, _ = wrist("list", "all")
     assert code == 0
     for name in ("pd", "fuzzy_sliding_computed_torque", "lissajous", "noise", "law.K", "N·m", "mass_scale"):
         assert name in out
     told = json.loads(wrist("list", "--json")[1])
     assert told["laws"]["computed_torque"]["parameters"]["Kp"]["unit"] == "1/s²"
-    assert set(told) == {*map(family_title, PARTS), "experiment", "metrics", "warnings"}
+    assert {*map(family_title, PARTS), "experiment", "metrics", "warnings"} <= set(told)
     assert told["metrics"]["rms_error_rad"]["unit"] == "rad"
 
 

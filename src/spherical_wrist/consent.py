@@ -10,8 +10,8 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from typing import Any
 
-MARK = ".py:"
-"""Text in the name of a part that is a Python file, as in ``path/to/file.py:Name``."""
+MARK, SUFFIX = ".py:", ".py"
+"""Text in the name of a part that is a Python file, as in ``path/to/file.py:Name``, and at its end without a name."""
 
 _withheld: ContextVar[bool] = ContextVar("withheld", default=False)
 
@@ -33,7 +33,7 @@ def code_is_withheld() -> bool:
 
 def is_code(name: Any) -> bool:
     """Return True for the name of a part that is a Python file."""
-    return isinstance(name, str) and MARK in name
+    return isinstance(name, str) and (MARK in name or name.endswith(SUFFIX))
 
 
 def code_in(description: Any) -> list[str]:

@@ -15,7 +15,7 @@ from pydantic_core import ErrorDetails
 
 from spherical_wrist.consent import code_is_withheld, is_code
 from spherical_wrist.errors import ParameterError, UnknownNameError, WristError, as_exception, one_line
-from spherical_wrist.user_file import member_from_file
+from spherical_wrist.user_file import file_with_class, member_from_file
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -189,6 +189,11 @@ class Parameters(BaseModel):
         """Return a hash of the parameters."""
         return hash((type(self), *(getattr(self, name) for name in type(self).model_fields)))
 
+    @classmethod
+    def elsewhere(cls, name: str) -> list[str]:
+        """Return dotted names of the parameters of this name that its parts have; here, none."""
+        return []
+
     def replaced(self, **changes: Any) -> Self:
         """Return a copy with some parameters changed, validated again."""
         return type(self)(**{**{name: getattr(self, name) for name in type(self).model_fields}, **changes})
@@ -303,8 +308,22 @@ class Member(Parameters):
         if is_code(name):
             return _placeholder(cls, name, ()) if code_is_withheld() else member_from_file(name, cls)
         if not isinstance(name, str) or name not in cls.members:
-            raise UnknownNameError(cls.kind, name, cls.members, "; `wrist list` shows them all")
+            raise _unknown(cls, str(name))
         return cls.members[name]
+
+
+def _unknown(family: type[Member], name: str) -> ParameterError:
+    """Return the error for a name that a family does not have; it may be that of a class in the user's folder."""
+    try:
+        own = file_with_class(name, Path.cwd())
+    except OSError:  # the working directory was deleted
+        own = ""
+    if own:
+        return ParameterError(f"unknown {family.kind} {name!r}: one of your own is given with its file, {own}")
+    advice = f"; `wrist list {family.kind}` shows them all"
+    if name[:1].isupper() and name.isidentifier():
+        advice = f"; one of your own is given with its file: path/to/file.py:{name}"
+    return UnknownNameError(family.kind, name, family.members, advice)
 
 
 def _placeholder(family: type[Member], address: str, names: tuple[str, ...]) -> type[Member]:
@@ -337,6 +356,9 @@ def _explain(error: ValidationError, model: type[BaseModel]) -> str:
 def _sentence(detail: ErrorDetails, model: type[BaseModel]) -> str:
     path = [str(part) for part in detail["loc"]]
     if detail["type"] == "extra_forbidden":
+        inner = model.elsewhere(path[-1]) if issubclass(model, Parameters) and len(path) == 1 else []
+        if inner:
+            return f"unknown parameter {path[-1]!r}: did you mean {' or '.join(map(repr, inner))}?"
         return str(UnknownNameError("parameter", path[-1], model.model_fields))
     message = detail["msg"].removeprefix("Value error, ")
     message = message.replace("Input should be", "must be").replace("valid number", "number")

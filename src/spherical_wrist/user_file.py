@@ -2,6 +2,7 @@
 
 import hashlib
 import importlib.util
+import re
 import sys
 import traceback
 from collections.abc import Mapping
@@ -10,12 +11,15 @@ from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, NamedTuple
 
-from spherical_wrist.errors import UnknownNameError, as_exception, one_line
+from spherical_wrist.errors import UnknownNameError, as_exception, listed, one_line
 from spherical_wrist.files import read_whole
 
 if TYPE_CHECKING:
     from spherical_wrist.parameters import Member
 
+
+MOST_FILES, LARGEST = 50, 1_000_000
+"""Files of a folder that are looked through for a class, and the size [bytes] up to which they are."""
 
 MODULE = "user_law_"
 """Beginning of the names of modules that are users' files."""
@@ -34,7 +38,7 @@ class UserFile(NamedTuple):
 
 
 def member_from_file(address: str, family: "type[Member]") -> "type[Member]":
-    """Return the member of a family that ``path/to/file.py:Name`` stands for.
+    """Return the member of a family that ``path/to/file.py:Name`` stands for, or ``path/to/file.py`` with one member.
 
     Args:
         address: file and name; the name is that of the class, or the same in snake case.
@@ -45,7 +49,7 @@ def member_from_file(address: str, family: "type[Member]") -> "type[Member]":
         UnknownNameError: it defines none of that name; the message has those that it does.
     """
     kind = family.kind
-    file, _, name = address.rpartition(":")
+    file, _, name = (address, "", "") if address.endswith(".py") else address.rpartition(":")
     path = Path(file).expanduser().resolve()
     if path.suffix != ".py":  # Python would also run bytecode
         raise family.fault(f"{kind} {address!r}: {file!r} is not a Python file; give path/to/file.py:Name")
@@ -64,11 +68,31 @@ def member_from_file(address: str, family: "type[Member]") -> "type[Member]":
     }
     if not members:
         raise family.fault(f"{kind} {address!r}: the file defines no subclass of {_import_path(family)}")
+    addresses = [f"{file}:{each}" for each in members]
     for member in members.values():
-        if name in (member.__name__, member.name):
+        if name in (member.__name__, member.name) or (not name and len(members) == 1):
             member.address, member.files = f"{path}:{member.__name__}", loaded.files
             return member
-    raise UnknownNameError(kind, name, members, f" in {file}")
+    if name:
+        raise UnknownNameError(kind, name, members, f" in {file}")
+    raise family.fault(f"{kind} {file!r}: the file has several, give one of them: {listed(addresses)}")
+
+
+def file_with_class(name: str, folder: Path) -> str:
+    """Return the Python file of a folder that defines a class, as ``file.py:Name``; empty if there is none.
+
+    The files are read, not run.
+    """
+    if not name.isidentifier():
+        return ""
+    defined = re.compile(rf"^class {name}\b", re.MULTILINE)
+    for path in sorted(folder.glob("*.py"))[:MOST_FILES]:
+        try:
+            if path.stat().st_size <= LARGEST and defined.search(path.read_text(encoding="utf-8")):
+                return f"{path.name}:{name}"
+        except (OSError, ValueError):
+            continue
+    return ""
 
 
 def user_line(error: BaseException) -> str:

@@ -43,7 +43,7 @@ from spherical_wrist.campaign.design import SOBOL_BITS, DesignName, draw, episod
 from spherical_wrist.campaign.distribution import Distribution, distribution
 from spherical_wrist.campaign.episode import AXES, Episode, changed
 from spherical_wrist.errors import ParameterError, WristError
-from spherical_wrist.experiment.description import Experiment, read_toml
+from spherical_wrist.experiment.description import Experiment, read_toml, with_changes
 from spherical_wrist.parameters import Member, Parameters, quantity
 
 MOST_EPISODES = 10**12
@@ -91,13 +91,22 @@ class Campaign(Parameters):
     )
 
     @classmethod
-    def from_toml(cls, path: Path | str) -> Self:
+    def from_toml(cls, path: Path | str, changes: Mapping[str, Any] | None = None) -> Self:
         """Read a campaign file.
+
+        Args:
+            path: the file.
+            changes: values of the experiment by dotted name, and of ``hardware`` and ``seed``, that replace those of
+                the file.
 
         Raises:
             ParameterError: the file cannot be read, is not TOML, or does not describe a campaign.
         """
-        return cls(**read_toml(Path(path)))
+        tables, own = read_toml(Path(path)), dict(changes or {})
+        tables |= {name: own.pop(name) for name in ("hardware", "seed") if name in own}
+        if own and isinstance(tables.get("experiment", {}), Mapping):
+            tables["experiment"] = with_changes(tables.get("experiment", {}), own)
+        return cls(**tables)
 
     @model_validator(mode="after")
     def _fits_together(self) -> Self:

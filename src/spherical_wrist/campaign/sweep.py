@@ -1,6 +1,6 @@
 """Run the batches of a campaign that are not stored yet, and store them."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -27,18 +27,29 @@ class Listener(NamedTuple):
     warn: Callable[[str], None] = lambda text: None
 
 
-def read_campaign(file: Path) -> Campaign:
+def read_campaign(file: Path, changes: Mapping[str, Any] | None = None) -> Campaign:
     """Read a campaign file, and check it as far as possible before the first episode.
+
+    Args:
+        file: campaign file.
+        changes: see :meth:`Campaign.from_toml`.
 
     Raises:
         WristError: the campaign is not valid.
     """
-    campaign = Campaign.from_toml(file)
+    campaign = Campaign.from_toml(file, changes)
     validate(campaign)
     return campaign
 
 
-def resume(path: Path, *, anyway: bool = False, file: Path | None = None, trust: bool = False) -> Folder:
+def resume(
+    path: Path,
+    *,
+    anyway: bool = False,
+    file: Path | None = None,
+    trust: bool = False,
+    changes: Mapping[str, Any] | None = None,
+) -> Folder:
     """Open the folder of a campaign to continue it; the caller holds its lock.
 
     Args:
@@ -46,13 +57,14 @@ def resume(path: Path, *, anyway: bool = False, file: Path | None = None, trust:
         anyway: if True, accept other versions of packages.
         file: the campaign file, to check that it is the same campaign. What it names is then trusted.
         trust: load the Python files that the folder names.
+        changes: of that file; see :meth:`Campaign.from_toml`.
 
     Raises:
         CampaignError: there is no campaign, it has changed, or it names Python code that is not trusted.
     """
     folder = Folder.open(path, trust=trust)
     if file is not None:
-        if Campaign.from_toml(file).resolved().to_json() != folder.campaign.to_json():
+        if Campaign.from_toml(file, changes).resolved().to_json() != folder.campaign.to_json():
             raise CampaignError(f"{str(path)!r} holds another campaign than {str(file)!r}: give another folder with -o")
         folder = Folder.open(path, trust=True)
     folder.check_consent()

@@ -7,30 +7,47 @@ from typing import Annotated, Any
 from rich.text import Text
 from typer import Argument
 
-from spherical_wrist.cli.options import Jobs, Json
+from spherical_wrist.cli.options import (
+    CONDITIONS,
+    Changes,
+    Hardware,
+    Jobs,
+    Json,
+    Settings,
+    read_experiment,
+    with_parameters,
+)
 from spherical_wrist.cli.progress import counting
 from spherical_wrist.cli.tables import Entry, fitted, print_json, printer, short
 
 
+@with_parameters(*CONDITIONS)
 def command(
+    *,
     law: Annotated[str, Argument(metavar="LAW", help="a law with parts, with parameters: 'NAME PARAMETER=VALUE'")],
+    changes: Changes,
+    hardware: Hardware = None,
+    set_: Settings = None,
     jobs: Jobs = None,
     json: Json = False,
 ) -> None:
     """Switch off each part of a law in turn, and compute what it was worth.
 
     The parts are those that the law declares, with the parameters that switch them off. Figures are of the default
-    experiment: precision and chattering on realistic hardware, precision under slow, square and worst torques, and the
-    delay that nobody knows of with which the loop stays calm.
+    experiment, or of the one that the options describe: precision and chattering on realistic hardware, precision under
+    slow, square and worst torques, and the delay that nobody knows of with which the loop stays calm.
 
     Exit code: 0 computed, 2 wrong input, 130 stopped by Ctrl-C.
     """
     from spherical_wrist.comparison.ablation import FIGURES, WHOLE, ablation
-    from spherical_wrist.comparison.law_selection import law_from_text
+    from spherical_wrist.comparison.law_selection import laws_from_texts
+    from spherical_wrist.experiment.description import with_changes
 
-    whole = law_from_text(law)
+    tables, every = read_experiment(None, hardware, changes, set_)
+    (whole,) = laws_from_texts([law], tables, every).values()
+    base = with_changes(tables, {name: value for name, value in every.items() if not name.startswith("law.")})
     with counting("running") as progress:
-        found = ablation(whole, jobs=jobs, progress=progress)
+        found = ablation(whole, base, jobs=jobs, progress=progress)
     if json:
         rows_of = [{"part": None if part == WHOLE else part, **figures} for part, figures in found.items()]
         print_json({"law": law, "parameters": {p: dict(c) for p, c in whole.ablations.items()}, "rows": rows_of})

@@ -7,26 +7,46 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperCommand, TyperGroup
 
-COMMANDS = {
-    "run": "Simulate a closed loop, print how well it tracked, and record it.",
-    "list": "List laws, references, disturbances, sensors, motors and parameters, with units and defaults.",
-    "guide": "Read a guide: conventions, or how to bring a law, a motion, hardware or a wrist of your own.",
-    "view": "Show a recording in the Rerun viewer: the wrist as it moves, and everything over time.",
-    "inspect": "Show what was run, with which versions, and check the stored metrics against the recorded series.",
-    "diff": "Show how two runs differ: experiments, versions, outcomes, metrics, and where their series part.",
-    "replay": "Simulate a recording again from what is inside it, and compare bit for bit.",
-    "render": "Film a recorded run, rendered by MuJoCo; no screen is needed.",
-    "compare": "Compare laws on a suite of cases, and rank them.",
-    "frontier": "Find how far from the nominal wrist each law keeps its errors within bounds.",
-    "margins": "Compute stability margins, and the largest tip error by any bounded torque, from the linearised loop.",
-    "ablate": "Show what each part of a law is worth: its figures without it.",
-    "design": "Find the gains of laws by one criterion, constraints and an objective, or check the gains they have.",
-    "tune": "Tune the gains of a law: small errors against little chattering, over a family of perturbed wrists.",
-    "sweep": "Run a campaign: one experiment under many conditions, laws × samples, from a campaign file.",
-    "report": "Report on a campaign: one HTML page that needs nothing else, no network and no script.",
-    "paper": "Regenerate the evaluation of the source paper: table, figures, and a verdict on each claim.",
+from spherical_wrist.cli.verbosity import Quiet, Verbose, set_verbosity
+
+GROUPS = {
+    "Simulate, and look at it": {
+        "run": "Simulate a closed loop, say how well it tracked, and record it.",
+        "view": "Show a recording in the Rerun viewer, or take a picture of it.",
+        "inspect": "Show what a recording holds, and check it; draw and export it.",
+        "diff": "Show how two runs differ, and where their series part.",
+        "replay": "Simulate a recording again, and compare bit for bit.",
+        "render": "Film a recorded run with MuJoCo; no screen is needed.",
+    },
+    "Judge and tune laws": {
+        "compare": "Compare laws on a suite of cases, and rank them.",
+        "frontier": "Find how far from the nominal wrist each law stays precise.",
+        "margins": "Compute stability margins, and the worst tip error.",
+        "ablate": "Show what each part of a law is worth: its figures without it.",
+        "tune": "Tune the gains of a law: small errors, little chattering.",
+        "design": "Find the gains of laws by one criterion, or check those they have.",
+        "paper": "Test the claims of the source paper, and draw its figures.",
+    },
+    "Run campaigns": {
+        "sweep": "Run an experiment under many conditions, from a campaign file.",
+        "report": "Report on a campaign: one HTML page that needs nothing else.",
+    },
+    "Look things up": {
+        "list": "List laws, references, metrics, ..., or describe one of them.",
+        "guide": "Read a guide: your own law, motion, hardware or wrist.",
+    },
 }
-"""Summaries of the commands, in the order of the help. The rest of a command's help is its docstring."""
+"""Summaries of the commands, in groups and in working order. The rest of a command's help is its docstring."""
+
+COMMANDS = {name: summary for commands in GROUPS.values() for name, summary in commands.items()}
+"""Summaries of all commands."""
+
+FIRST_STEPS = (
+    ("wrist run", "the default experiment, recorded to wrist.rrd"),
+    ("wrist view wrist.rrd", "look at it"),
+    ("wrist guide law", "a law of your own"),
+    ("wrist COMMAND --help", "all options of a command"),
+)
 
 SETTINGS: dict[str, Any] = {
     "rich_markup_mode": None,
@@ -44,12 +64,35 @@ class Commands(TyperGroup):
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
         """Find the command that the arguments name, and import it."""
+        if args[0] not in self.commands and not args[0].startswith("-"):
+            from spherical_wrist.cli.near_misses import unknown_command
+
+            raise unknown_command(args[0], args[1:], self.commands)
         name, known, rest = super().resolve_command(ctx, args)
         return name, None if known is None else _imported(known.name or ""), rest
 
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Show the help where there are no arguments."""
+        if not args and not ctx.resilient_parsing:
+            typer.echo(ctx.get_help())
+            raise typer.Exit
+        return super().parse_args(ctx, args)
+
+    def format_commands(self, ctx: Any, formatter: Any) -> None:
+        """Write the commands in their groups, with whole summaries, and first steps."""
+        widest = max(map(len, self.commands))
+        for group, commands in GROUPS.items():
+            with formatter.section(group):
+                formatter.write_dl([(name.ljust(widest), summary) for name, summary in commands.items()])
+        with formatter.section("First steps"):
+            formatter.write_dl(FIRST_STEPS)
+
 
 class Command(TyperCommand):
-    """Command whose help takes meanings and defaults of an experiment's parameters from their declarations."""
+    """Command whose help takes meanings and defaults of an experiment's parameters from their declarations.
+
+    Every default is printed once, in brackets at the end.
+    """
 
     def format_options(self, ctx: Any, formatter: Any) -> None:
         """Write the options, with the help texts of an experiment's parameters filled in."""
@@ -59,7 +102,18 @@ class Command(TyperCommand):
         for option in self.params:
             if option.name in own and getattr(option, "help", "") is None:
                 option.help = own[option.name].help()  # type: ignore[attr-defined]
+            _show_default(option)
         super().format_options(ctx, formatter)
+
+
+def _show_default(option: Any) -> None:
+    """Put a default in brackets at the end of the help, unless that says it already."""
+    if getattr(option, "show_default", False):
+        option.show_default = False
+        value, text = option.default, option.help or ""
+        if not (value is None or isinstance(value, bool) or callable(value) or text.endswith("]")):
+            shown = f"{value:g}" if isinstance(value, float) else str(getattr(value, "value", value))
+            option.help = f"{text} [{shown}]".lstrip()
 
 
 def _imported(name: str) -> Any:
@@ -72,7 +126,7 @@ def _imported(name: str) -> Any:
     return typer.main.get_command(single)
 
 
-app = typer.Typer(name="wrist", cls=Commands, no_args_is_help=True, **SETTINGS)
+app = typer.Typer(name="wrist", cls=Commands, **SETTINGS)
 
 
 def _print_version(wanted: bool) -> None:
@@ -84,5 +138,12 @@ def _print_version(wanted: bool) -> None:
 
 
 @app.callback()
-def wrist(version: Annotated[bool, typer.Option("--version", callback=_print_version, is_eager=True)] = False) -> None:
+def wrist(
+    version: Annotated[
+        bool, typer.Option("--version", help="print the version", callback=_print_version, is_eager=True)
+    ] = False,
+    quiet: Quiet = False,
+    verbose: Verbose = False,
+) -> None:
     """Closed-loop simulation of a surgical wrist on a ball joint, in MuJoCo, recorded with Rerun."""
+    set_verbosity(quiet=quiet, verbose=verbose)

@@ -11,16 +11,19 @@ from rich.text import Text
 from typer import Option
 
 from spherical_wrist.cli.options import (
+    CONDITIONS,
     CaseFile,
     CaseNames,
     Changes,
     ExperimentFile,
     Folder,
+    Hardware,
     Jobs,
     Json,
     Laws,
     Seeds,
     Settings,
+    read_experiment,
     with_parameters,
 )
 from spherical_wrist.cli.progress import counting
@@ -41,15 +44,16 @@ MOST_LOST = 12
 """Number of lost runs up to which each is printed."""
 
 
-@with_parameters("duration", "seed")
+@with_parameters(*CONDITIONS)
 def command(
     *,
     experiment: ExperimentFile = None,
     law: Laws = None,
     case: CaseNames = None,
     cases: CaseFile = None,
-    set_: Settings = None,
     changes: Changes,
+    hardware: Hardware = None,
+    set_: Settings = None,
     output: Folder = None,
     record: Annotated[
         list[str] | None,
@@ -76,11 +80,8 @@ def command(
     from spherical_wrist.comparison.compare import SEEDS, compare
     from spherical_wrist.comparison.law_selection import laws_from_texts
     from spherical_wrist.comparison.report import to_dict
-    from spherical_wrist.experiment.command import read_settings
-    from spherical_wrist.experiment.description import read_toml
 
-    tables = read_toml(experiment) if experiment else {}
-    every = {**changes, **read_settings(set_ or [])}
+    tables, every = read_experiment(experiment, hardware, changes, set_)
     laws = laws_from_texts(law or [], tables, every)
     chosen = select(read_cases(cases) if cases else DEFAULT, case or [])
     with counting("comparing") as progress:

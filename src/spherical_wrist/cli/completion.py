@@ -70,6 +70,22 @@ def guides(incomplete: str) -> Offer:
     return _offer(((name, read_guide(name).title) for name in NAMES), incomplete)
 
 
+def kinds(incomplete: str) -> Offer:
+    """Complete a kind of things that wrist list knows."""
+    from spherical_wrist.cli.list import kinds as known
+
+    return _offer(((name, kind.meaning) for name, kind in known().items()), incomplete)
+
+
+def listed(context: Context, incomplete: str) -> Offer:
+    """Complete the name of a thing of the kind that is given before it."""
+    from spherical_wrist.cli.list import kinds as known
+
+    word = context.params.get("kind") or ""
+    found = next((each.entries() for each in known().values() if word in (each.name, *each.others)), {})
+    return _offer(((name, entry["summary"]) for name, entry in found.items()), incomplete)
+
+
 def recordings(incomplete: str) -> list[str]:
     """Complete the path of a recording; a single folder is left to the shell, which completes it better."""
     typed = Path(incomplete + "*")

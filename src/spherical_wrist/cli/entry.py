@@ -7,7 +7,8 @@ import warnings
 from typing import Any
 
 from spherical_wrist.cli.signals import raising, watched
-from spherical_wrist.cli.streams import complain, discard, flush_errors, prepare
+from spherical_wrist.cli.streams import complain, discard, flush_errors, prepare, warned
+from spherical_wrist.cli.verbosity import begin
 from spherical_wrist.errors import WristError, one_line
 
 INVALID, SIGINT_CODE = 2, 130
@@ -28,6 +29,7 @@ def _exit_code() -> int:
     from typer.exceptions import Abort, TyperException
 
     prepare()
+    begin()
     try:
         with warnings.catch_warnings():
             warnings.showwarning = _warn
@@ -36,9 +38,9 @@ def _exit_code() -> int:
     except WristError as error:
         code = _refused(str(error))
     except TyperException as error:
-        # typer's text for a wrong option, in one line
-        text = error.format_message() if hasattr(error, "format_message") else str(error)
-        code = _refused(f"{text.strip()} (see wrist --help)")
+        from spherical_wrist.cli.near_misses import explained
+
+        code = _refused(explained(error))
     except (Abort, KeyboardInterrupt):
         code = SIGINT_CODE
     except BrokenPipeError:  # the reader, such as head, has ended
@@ -85,7 +87,7 @@ def _command() -> Any:
     from spherical_wrist.files import inputs_kept
 
     with inputs_kept():
-        return app(standalone_mode=False)
+        return app(standalone_mode=False, prog_name="wrist")
 
 
 def _explained(error: OSError) -> str:
@@ -108,7 +110,7 @@ def _unloaded(error: BaseException) -> str:
 
 def _warn(message: Warning | str, *_: Any, **__: Any) -> None:
     """Print the warning of a library in one line, without the place in its code."""
-    complain(str(message), "warning")
+    warned(str(message))
 
 
 def _refused(text: str) -> int:

@@ -12,9 +12,11 @@ from typer import Option
 
 from spherical_wrist.cli import completion
 from spherical_wrist.cli.options import (
+    CONDITIONS,
     Changes,
     ExperimentFile,
     Folder,
+    Hardware,
     Jobs,
     Json,
     Laws,
@@ -22,6 +24,7 @@ from spherical_wrist.cli.options import (
     Settings,
     Tables,
     Width,
+    read_experiment,
     with_parameters,
 )
 from spherical_wrist.cli.progress import counting
@@ -36,7 +39,7 @@ LOST = "!"
 """Mark of a value at which the run did not complete."""
 
 
-@with_parameters("duration", "seed")
+@with_parameters(*CONDITIONS)
 def command(
     *,
     experiment: ExperimentFile = None,
@@ -56,8 +59,9 @@ def command(
         ),
     ] = None,
     tolerance: Annotated[float, Option(metavar="FRACTION", help="relative tolerance of the values")] = 0.02,
-    set_: Settings = None,
     changes: Changes,
+    hardware: Hardware = None,
+    set_: Settings = None,
     output: Folder = None,
     plot: Plots = None,
     table: Tables = None,
@@ -87,11 +91,8 @@ def command(
     from spherical_wrist.comparison.frontier_table import frontier_table
     from spherical_wrist.comparison.law_selection import laws_from_texts
     from spherical_wrist.experiment.axes import chosen_axes
-    from spherical_wrist.experiment.command import read_settings
-    from spherical_wrist.experiment.description import read_toml
 
-    tables = read_toml(experiment) if experiment else {}
-    every = {**changes, **read_settings(set_ or [])}
+    tables, every = read_experiment(experiment, hardware, changes, set_)
     bounds, axes = read_bounds(max_ or [], BOUNDS), chosen_axes(axis or [])
     laws = laws_from_texts(law or [], tables, every)
     files = result_files(output, plot, table, width)

@@ -20,7 +20,7 @@ from spherical_wrist.cli.options import (
     Settings,
     Tables,
     Width,
-    with_hardware,
+    read_experiment,
     with_parameters,
 )
 from spherical_wrist.cli.progress import counting
@@ -64,8 +64,6 @@ def command(
     Exit code: 0 computed, 2 wrong input, 130 stopped by Ctrl-C.
     """
     from spherical_wrist.comparison.law_selection import laws_from_texts
-    from spherical_wrist.experiment.command import read_settings
-    from spherical_wrist.experiment.description import read_toml
     from spherical_wrist.files import make_folder
     from spherical_wrist.result_table import beside
     from spherical_wrist.stability import margins
@@ -73,8 +71,7 @@ def command(
     from spherical_wrist.stability.report import to_dict
     from spherical_wrist.stability.tables import margins_table, ranges_table
 
-    tables = read_toml(experiment) if experiment else {}
-    every = {**with_hardware(hardware, changes), **read_settings(set_ or [])}
+    tables, every = read_experiment(experiment, hardware, changes, set_)
     laws = laws_from_texts(law or [], tables, every)
     files = result_files(output, plot, table, width)
     if output is not None:

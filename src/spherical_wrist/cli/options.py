@@ -6,17 +6,34 @@ from inspect import Parameter, signature
 from pathlib import Path
 from typing import Annotated, Any
 
-from typer import Argument, Option
+from typer import Argument, Context, Option
 
 from spherical_wrist.cli import completion
+from spherical_wrist.cli.verbosity import Quiet, StageLog, Verbose, set_verbosity
 from spherical_wrist.experiment.options import OPTIONS, ParameterOption
 
 Command = Callable[..., Any]
 Changes = Mapping[str, Any]
 """Values of an experiment's parameters that were given as options, keyed by dotted name."""
 
+
+def _check_place(context: Context, file: Path | None) -> Path | None:
+    """Refuse what is no experiment file, with the option that it belongs to."""
+    if file is not None and file.suffix != ".toml":
+        from spherical_wrist.cli.near_misses import misplaced_experiment
+
+        if error := misplaced_experiment(file, context.command_path):
+            raise error
+    return file
+
+
 ExperimentFile = Annotated[
-    Path | None, Argument(metavar="EXPERIMENT.toml", help="experiment that the cases change [the default one]")
+    Path | None,
+    Argument(
+        metavar="EXPERIMENT.toml",
+        help="experiment file, which options change [the default experiment]",
+        callback=_check_place,
+    ),
 ]
 RecordingFile = Annotated[
     Path, Argument(metavar="FILE.rrd", help="recording made by wrist run", autocompletion=completion.recordings)
@@ -72,18 +89,42 @@ Seeds = Annotated[
 Jobs = Annotated[int | None, Option("--jobs", metavar="N", help="runs at a time [one per core]")]
 
 
-def with_hardware(hardware: str | None, changes: Changes) -> Changes:
-    """Return the values of a kind of hardware, and the given ones, which take precedence.
+def read_experiment(
+    file: Path | None, hardware: str | None, changes: Changes, settings: list[str] | None
+) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Read what the shared options say of an experiment.
+
+    Returns:
+        Tables of the experiment file on that hardware; and the values of options and ``--set``, keyed by dotted name,
+        which take precedence over them and over everything else.
 
     Raises:
-        UnknownNameError: the hardware is unknown.
+        ParameterError: the hardware is unknown, or a text or the file is not valid.
     """
+    from spherical_wrist.experiment.command import read_settings
+    from spherical_wrist.experiment.description import read_toml, with_changes
     from spherical_wrist.experiment.presets import hardware as preset
 
-    given = {**(preset(hardware) if hardware is not None else {}), **changes}
+    tables = read_toml(file) if file is not None else {}
+    tables = with_changes(tables, preset(hardware)) if hardware is not None else tables
+    given = dict(changes)
     if "disturbance.level" in given:
         given["disturbance.amplitude"] = None  # a level takes the place of a torque
-    return given
+    return tables, {**given, **read_settings(settings or [])}
+
+
+CONDITIONS = (
+    "reference",
+    "duration",
+    "control_period",
+    "seed",
+    "model",
+    "joint",
+    "hinges",
+    "motors",
+    "tip",
+)
+"""Parameters with an option on every command that runs something: none that its cases or axes vary themselves."""
 
 
 def with_parameters(*names: str) -> Callable[[Command], Command]:
@@ -104,23 +145,33 @@ def with_parameters(*names: str) -> Callable[[Command], Command]:
 
 
 def with_options(command: Command) -> Command:
-    """Return a command whose argument ``changes`` is replaced by the options that :func:`with_parameters` marked."""
-    chosen: list[ParameterOption] | None = getattr(command, "parameter_options", None)
-    if chosen is None:
-        return command
+    """Return a command with --quiet and --verbose.
+
+    Its argument ``changes`` is replaced by the options that :func:`with_parameters` marked.
+    """
+    chosen: list[ParameterOption] = getattr(command, "parameter_options", [])
+    arguments = list(signature(command, eval_str=True).parameters.values())
 
     @wraps(command)
     def called(**values: Any) -> Any:
-        given = {option.parameter: values.pop(option.name) for option in chosen}
-        if given.get("law") is not None:
-            from spherical_wrist.comparison.law_selection import law_value
+        set_verbosity(quiet=values.pop("quiet"), verbose=values.pop("verbose"))
+        if chosen:
+            given = {option.parameter: values.pop(option.name) for option in chosen}
+            if given.get("law") is not None:
+                from spherical_wrist.comparison.law_selection import law_value
 
-            given["law"] = law_value(given["law"])
-        return command(**values, changes={name: value for name, value in given.items() if value is not None})
+                given["law"] = law_value(given["law"])
+            values["changes"] = {name: value for name, value in given.items() if value is not None}
+        with StageLog():
+            return command(**values)
 
-    arguments = list(signature(command, eval_str=True).parameters.values())
-    place = next(place for place, argument in enumerate(arguments) if argument.name == "changes")
-    arguments[place : place + 1] = map(_argument, chosen)
+    if chosen:
+        place = next(place for place, argument in enumerate(arguments) if argument.name == "changes")
+        arguments[place : place + 1] = map(_argument, chosen)
+    arguments += [
+        Parameter(name, Parameter.KEYWORD_ONLY, default=False, annotation=kind)
+        for name, kind in (("quiet", Quiet), ("verbose", Verbose))
+    ]
     called.__signature__ = signature(command).replace(parameters=arguments)  # type: ignore[attr-defined]
     return called
 

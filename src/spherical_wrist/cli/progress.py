@@ -6,6 +6,8 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
+from spherical_wrist.cli.verbosity import is_quiet
+
 LINE_EVERY = 10.0
 """Seconds between lines of progress if there is no terminal for a bar."""
 
@@ -14,8 +16,8 @@ Counter = Callable[[int, int], None]
 
 
 def shows_bars() -> bool:
-    """Return True if the error stream is a terminal."""
-    return sys.stderr.isatty()
+    """Return True if the error stream is a terminal, and people look at it."""
+    return sys.stderr.isatty() and not is_quiet()
 
 
 @contextmanager
@@ -55,7 +57,7 @@ def simulating(duration: float) -> Iterator[Callable[[float], None]]:
 def counting_episodes() -> Iterator[Counter]:
     """Show the episodes that are done and their rate: as a bar, or as a line now and then without a terminal."""
     if not shows_bars():
-        yield _lines()
+        yield (lambda done, size: None) if is_quiet() else _lines()
         return
     from rich.progress import MofNCompleteColumn, TextColumn
 

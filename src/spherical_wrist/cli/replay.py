@@ -10,8 +10,8 @@ from rich.text import Text
 from typer import Option
 
 from spherical_wrist.cli.options import Json, RecordingFile
+from spherical_wrist.cli.streams import say
 from spherical_wrist.cli.tables import number, print_json, printer
-from spherical_wrist.plain_text import visible
 
 if TYPE_CHECKING:
     from spherical_wrist.inspection.difference import ArrayDifference, Place
@@ -66,7 +66,7 @@ def _extract(recording: Path, folder: Path) -> None:
     embedded_files = load_recording(recording).embedded_files
     embedded_files.unpack(folder)
     for file in sorted(embedded_files.files):
-        print(visible(str(folder / file)))
+        say(folder / file)
 
 
 def _summary(found: Replay) -> dict[str, Any]:

@@ -3,20 +3,32 @@
 from __future__ import annotations
 
 import sys
+import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-from typer import Argument, Option
+from typer import Option
 
-from spherical_wrist.cli.options import Changes, Hardware, Json, Settings, with_hardware, with_parameters
+from spherical_wrist.cli.options import (
+    Changes,
+    ExperimentFile,
+    Hardware,
+    Json,
+    Settings,
+    read_experiment,
+    with_parameters,
+)
 from spherical_wrist.plain_text import visible
 
 if TYPE_CHECKING:
     from spherical_wrist.experiment.description import Experiment
     from spherical_wrist.measure.series import Series
     from spherical_wrist.simulation.run import Run
+
+USUAL = "wrist.rrd"
+"""Recording that is written where none is named."""
 
 SHOW_PROGRESS_FROM = 60.0
 """Simulated time [s] from which a run takes long enough for a progress bar."""
@@ -25,13 +37,14 @@ SHOW_PROGRESS_FROM = 60.0
 @with_parameters()
 def command(
     *,
-    experiment: Annotated[Path | None, Argument(help="experiment file; options take precedence over it")] = None,
+    experiment: ExperimentFile = None,
     changes: Changes,
     hardware: Hardware = None,
     set_: Settings = None,
-    output: Annotated[Path, Option("--output", "-o", metavar="FILE.rrd", help="recording to write")] = Path(
-        "wrist.rrd"
-    ),
+    output: Annotated[
+        Path | None,
+        Option("--output", "-o", metavar="FILE.rrd", help=f"recording to write [{USUAL}, which is replaced]"),
+    ] = None,
     no_recording: Annotated[bool, Option("--no-recording", help="write no recording")] = False,
     record_every: Annotated[int, Option(metavar="N", help="record every N-th control instant only")] = 1,
     live: Annotated[bool, Option("--live", help="show the run while it is simulated, in an open wrist view")] = False,
@@ -51,27 +64,28 @@ def command(
     Raises:
         ParameterError: options contradict each other, or a value is not valid.
     """
+    from rich.text import Text
+
     from spherical_wrist.cli.output import run_table, warn
     from spherical_wrist.cli.signals import heard, noted
-    from spherical_wrist.cli.tables import print_json
+    from spherical_wrist.cli.tables import print_json, printer
     from spherical_wrist.errors import ParameterError
-    from spherical_wrist.experiment.command import read_settings
-    from spherical_wrist.experiment.description import Experiment, read_toml, with_changes
+    from spherical_wrist.experiment.description import Experiment, with_changes
     from spherical_wrist.files import check_writable, note_input
     from spherical_wrist.loop.outcome import Status
     from spherical_wrist.parameters import Member, paths_of
     from spherical_wrist.simulation.simulate import simulate
 
-    tables = with_changes(read_toml(experiment) if experiment else {}, with_hardware(hardware, changes))
-    described = Experiment(**with_changes(tables, read_settings(set_ or [])))
+    described = Experiment(**with_changes(*read_experiment(experiment, hardware, changes, set_)))
     if record_every < 1:
         raise ParameterError(f"--record-every {record_every}: must be 1 or more")
-    target = None if no_recording else output
+    target = None if no_recording else output or Path(USUAL)
     if target is not None:
         for part in (described, *(value for _, value in described if isinstance(value, Member))):
             for path in paths_of(part).values():
                 note_input(path)
         check_writable(target)
+    replaced = _age(target) if target is not None and output is None else ""
     with ExitStack() as stack:
         show, close = (
             stack.enter_context(_live(described, viewer, record_every)) if live or viewer is not None else (None, None)
@@ -97,13 +111,29 @@ def command(
             close(run)
     motion = described.reference.about()
     if json:
-        print_json({**_summary(run, recording), **({"motion": motion} if motion else {})})
+        more = {"motion": motion} if motion else {}
+        print_json({**_summary(run, recording), "replaced": bool(recording and replaced), **more})
         warn(run.warnings)
     else:
         run_table(run, recording, motion)
+        if recording is not None and replaced:
+            printer().print(Text(f"replaces the {recording} of {replaced}; -o NAME.rrd keeps both", "dim"))
     if received:
         return 128 + received[0]
     return 0 if run.outcome.status is Status.COMPLETED else 1
+
+
+def _age(path: Path) -> str:
+    """Return the age of a file in words; empty if there is none."""
+    try:
+        seconds = time.time() - path.stat().st_mtime
+    except OSError:
+        return ""
+    for unit, size in (("day", 86400.0), ("hour", 3600.0), ("minute", 60.0), ("second", 1.0)):
+        if seconds >= size:
+            count = int(seconds // size)
+            return f"{count} {unit}{'s' * (count > 1)} ago"
+    return "just now"
 
 
 def _summary(run: Run, recording: Path | None) -> dict[str, Any]:

@@ -4,6 +4,7 @@ import os
 import sys
 from contextlib import suppress
 
+from spherical_wrist.cli.verbosity import is_quiet
 from spherical_wrist.plain_text import visible
 
 
@@ -34,8 +35,15 @@ def complain(text: str, kind: str = "error") -> None:
 
 
 def warned(text: str) -> None:
-    """Print a warning in one line on the error stream."""
-    complain(text, "warning")
+    """Print a warning in one line on the error stream; nothing with ``--quiet``."""
+    if not is_quiet():
+        complain(text, "warning")
+
+
+def say(text: object) -> None:
+    """Print a line for people on the standard output; nothing with ``--quiet``."""
+    if not is_quiet():
+        print(visible(str(text)), flush=True)
 
 
 def flush_errors() -> None:

@@ -12,8 +12,8 @@ from rich.table import Table
 from rich.text import Text
 from typer import Argument, Option
 
-from spherical_wrist.cli.options import Json
-from spherical_wrist.cli.streams import warned
+from spherical_wrist.cli.options import CONDITIONS, Changes, Hardware, Json, Settings, with_parameters
+from spherical_wrist.cli.streams import say, warned
 from spherical_wrist.cli.tables import Entry, fitted, print_json, printer, short
 from spherical_wrist.errors import ParameterError
 from spherical_wrist.plain_text import visible
@@ -27,8 +27,13 @@ if TYPE_CHECKING:
 PEM = "FILE.pem"
 
 
+@with_parameters(*CONDITIONS)
 def command(
+    *,
     campaign: Annotated[Path, Argument(metavar="CAMPAIGN.toml|DIR", help="campaign file, or a campaign's folder")],
+    changes: Changes,
+    hardware: Hardware = None,
+    set_: Settings = None,
     output: Annotated[
         Path | None,
         Option("--output", "-o", metavar="DIR", help="folder of the campaign [the file's name]; of --replay, FILE.rrd"),
@@ -58,6 +63,7 @@ def command(
 
     A campaign that was stopped in any way continues with --resume; the final table is the same, bit for bit.
     Without options, DIR is summarised. Python code that DIR names, such as a law, is run only with --trust.
+    Options such as --model and --set change the experiment of the file.
     For an example of a campaign file, see scripts/campaign.toml.
 
     Exit code: 0 all episodes are stored (some may have been lost), 2 wrong input or stopped by a fault, 130 or 143
@@ -73,6 +79,11 @@ def command(
     from spherical_wrist.campaign.sweep import sweep
     from spherical_wrist.cli.signals import Stopped, farewell, stopping
 
+    changed = _changes(hardware, changes, set_)
+    if changed and (campaign.is_dir() or replay is not None):
+        raise ParameterError(
+            f"{min(changed)}: the campaign in {str(campaign)!r} has its experiment; options change that of a file"
+        )
     if replay is not None:
         return _replay(Folder.open(campaign, trust=trust), replay, output or Path(f"episode-{replay}.rrd"), json)
     if campaign.is_dir() and not (resume and is_campaign(campaign)):
@@ -80,12 +91,14 @@ def command(
         return 0
     cluster = _cluster(scheduler, workers, threads, (tls_ca, tls_cert, tls_key))
     path = campaign if campaign.is_dir() else output or campaign.with_suffix("")
-    new = None if campaign.is_dir() or is_campaign(path) else _new(campaign, path)
+    new = None if campaign.is_dir() or is_campaign(path) else _new(campaign, path, changed)
     with campaign_lock(path):
         if new is not None:
-            folder = Folder.create(path, campaign, new)
+            folder = Folder.create(path, _copy(campaign, changed), new)
         elif resume:
-            folder = resumed(path, anyway=anyway, file=None if campaign.is_dir() else campaign, trust=trust)
+            folder = resumed(
+                path, anyway=anyway, file=None if campaign.is_dir() else campaign, trust=trust, changes=changed
+            )
         else:
             raise CampaignError(f"{str(path)!r} holds a campaign: --resume goes on with it, -o gives another folder")
         try:
@@ -128,12 +141,31 @@ def _listener(quiet: bool) -> Iterator[Listener]:
         yield Listener(progress, warned)
 
 
-def _new(file: Path, path: Path) -> Campaign:
+def _changes(hardware: str | None, changes: Changes, settings: list[str] | None) -> dict[str, Any]:
+    """Return the values by which the options change the experiment of a campaign file."""
+    from spherical_wrist.experiment.command import read_settings
+
+    preset = {} if hardware is None else {"hardware": hardware}
+    return {**preset, **changes, **read_settings(settings or [])}
+
+
+def _copy(file: Path, changed: dict[str, Any]) -> bytes:
+    """Return the content of a campaign file, below the values that options changed."""
+    from pydantic_core import to_jsonable_python
+
+    from spherical_wrist.experiment.description import toml
+    from spherical_wrist.files import read_whole
+
+    lines = [f"# changed by an option: {name} = {toml(to_jsonable_python(value))}\n" for name, value in changed.items()]
+    return "".join(lines).encode() + read_whole(file)
+
+
+def _new(file: Path, path: Path, changed: dict[str, Any]) -> Campaign:
     from spherical_wrist.campaign.folder import check_empty
     from spherical_wrist.campaign.sweep import read_campaign
 
     check_empty(path)
-    return read_campaign(file)
+    return read_campaign(file, changed)
 
 
 def _replay(folder: Folder, id_: int, output: Path, as_json: bool) -> int:
@@ -169,7 +201,7 @@ def _replay(folder: Folder, id_: int, output: Path, as_json: bool) -> int:
     else:
         run_table(again.run, output)
         if again.stored is None:
-            print(f"episode {id_} is not stored: there is nothing to compare with")
+            say(f"episode {id_} is not stored: there is nothing to compare with")
     again.check()
     return 0 if again.run.outcome.status is Status.COMPLETED else 1
 

@@ -10,6 +10,7 @@ from rich.table import Table
 from rich.text import Text
 
 from spherical_wrist.cli.streams import speaks_unicode
+from spherical_wrist.cli.verbosity import is_quiet
 from spherical_wrist.plain_text import escaped, visible
 from spherical_wrist.result_table import ResultTable, cell_text, short
 
@@ -49,7 +50,7 @@ def json_bytes(value: Any) -> bytes:
 
 def printer() -> Console:
     """Return a console as wide as the terminal, but not so narrow that figures would be cut."""
-    console = Terminal()
+    console = Terminal(quiet=is_quiet())
     console.width = max(console.width, NARROWEST)
     return console
 

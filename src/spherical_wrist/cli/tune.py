@@ -14,13 +14,26 @@ from rich.text import Text
 from typer import Argument, Option
 
 from spherical_wrist.cli import completion
-from spherical_wrist.cli.options import CaseFile, Changes, Jobs, Json, Plots, Settings, Width, with_parameters
+from spherical_wrist.cli.options import (
+    CONDITIONS,
+    CaseFile,
+    Changes,
+    Hardware,
+    Jobs,
+    Json,
+    Plots,
+    Settings,
+    Width,
+    read_experiment,
+    with_parameters,
+)
 from spherical_wrist.cli.progress import counting
 from spherical_wrist.cli.results import ResultFiles, result_files
 from spherical_wrist.cli.signals import heard, noted
 from spherical_wrist.cli.streams import complain
 from spherical_wrist.cli.tables import Entry, fitted, json_bytes, print_json, printer, short
 from spherical_wrist.errors import ParameterError
+from spherical_wrist.experiment.options import FLAGS
 
 if TYPE_CHECKING:
     from spherical_wrist.control import Law
@@ -38,7 +51,7 @@ class Sampler(StrEnum):
     TPE = "tpe"
 
 
-@with_parameters("duration", "seed")
+@with_parameters(*CONDITIONS)
 def command(
     *,
     law: Annotated[
@@ -67,8 +80,9 @@ def command(
     ] = None,
     trials: Annotated[int, Option(metavar="N", help="sets of gains to try, with those already tried")] = 200,
     sampler: Annotated[Sampler, Option(help="how gains are proposed")] = Sampler.NSGA2,
-    set_: Settings = None,
     changes: Changes,
+    hardware: Hardware = None,
+    set_: Settings = None,
     output: Annotated[
         Path | None, Option("--output", "-o", metavar="DIR", help="folder of the study [tune-LAW]")
     ] = None,
@@ -94,16 +108,13 @@ def command(
     """
     from spherical_wrist.cli.output import warn
     from spherical_wrist.comparison.cases import DEFAULT, read_cases, select
-    from spherical_wrist.experiment.command import read_settings
-    from spherical_wrist.experiment.description import read_toml
     from spherical_wrist.tuning.family import Family, usual
     from spherical_wrist.tuning.pareto import FOLDER, summary_of
     from spherical_wrist.tuning.ranges import space_of
     from spherical_wrist.tuning.search import Search, tune
 
-    settings = set_ or []
-    tables = read_toml(Path(law)) if law.endswith(".toml") else {}
-    every = {**changes, **read_settings(settings)}
+    file = Path(law) if law.endswith(".toml") else None
+    tables, every = read_experiment(file, hardware, changes, set_)
     tuned = _law(law, tables, every)
     chosen = select(read_cases(cases) if cases else DEFAULT, case or []) if case or cases else usual()
     everywhere = {name: value for name, value in every.items() if not name.startswith("law.")}
@@ -120,7 +131,7 @@ def command(
         print("stopped before the first trials were done", file=sys.stderr)
         return 128 + received[0]
     table = summary_of(found)
-    _write(found, table, files, folder, _case_options(cases, changes, settings))
+    _write(found, table, files, folder, _case_options(cases, changes, set_ or []))
     _warn(found)
     warn(table["warnings"])
     if json:
@@ -147,7 +158,7 @@ def _law(text: str, tables: Mapping[str, Any], every: Mapping[str, Any]) -> Law:
 def _case_options(cases: Path | None, changes: Mapping[str, Any], settings: list[str]) -> list[str]:
     """Return options of ``wrist compare`` that make the same cases."""
     suite = ["--cases", str(cases)] if cases else []
-    given = [part for name, value in changes.items() for part in (f"--{name}", str(value))]
+    given = [part for name, value in changes.items() for part in (FLAGS[name], str(value))]
     other = (text for text in settings if not text.strip().startswith("law."))
     return [*suite, *given, *(part for text in other for part in ("--set", text))]
 

@@ -14,6 +14,7 @@ from typer import Argument, Option
 
 from spherical_wrist.cli import completion
 from spherical_wrist.cli.signals import raising
+from spherical_wrist.cli.streams import say
 from spherical_wrist.errors import ParameterError
 from spherical_wrist.plain_text import visible
 
@@ -89,7 +90,7 @@ def _picture(path: Path, target: Path, at: float | None, size: str) -> int:
     check_writable(target, "picture")
     taken = screenshot(path, at, (sides[0], sides[1]))
     write_whole(target, taken.png, "picture")
-    print(visible(f"picture {target}"))
+    say(f"picture {target}")
     for report in taken.reports:
         print(visible(f"wrist: {report}"), file=sys.stderr)
     return 1 if taken.reports else 0
@@ -114,10 +115,10 @@ def _window(path: Path | None, port: int | None) -> None:
     address = Address(port=port or PORT)
     with opened_viewer(path, address.port) as opened:
         if path is None:
-            print(f"waiting for live runs: wrist run --live --viewer {address}", flush=True)
+            say(f"waiting for live runs: wrist run --live --viewer {address}")
         opened.viewer.wait()
     if opened.handed_over:
-        print(f"shown in the viewer that is open already, on {address}")
+        say(f"shown in the viewer that is open already, on {address}")
 
 
 def _has_display() -> bool:

@@ -26,6 +26,27 @@ STEP, MOST = 0.25e-3, 4e-3
 """Unknown delays that are tried [s]: multiples of the step, up to the largest."""
 
 
+class Bench(NamedTuple):
+    """Experiment that the figures of an ablation change, and the worker that runs it.
+
+    Attributes:
+        base: experiment as plain tables.
+        worker: worker of this thread.
+    """
+
+    base: Mapping[str, Any]
+    worker: Worker
+
+    def experiment(self, law: Law, changes: Mapping[str, Any]) -> Experiment:
+        """Return the experiment with changes by dotted name."""
+        return Experiment(**with_changes(self.base, {**changes, "law": law}))
+
+    def metrics(self, law: Law, changes: Mapping[str, Any]) -> Metrics | None:
+        """Run the experiment with changes by dotted name; return None if the run was lost."""
+        result = self.worker.measure(self.experiment(law, changes))
+        return result.metrics if result.outcome.status is Status.COMPLETED else None
+
+
 class FigureOfMerit(NamedTuple):
     """Figure of merit of an ablation; less is better unless ``more`` is set.
 
@@ -33,21 +54,15 @@ class FigureOfMerit(NamedTuple):
         name: key in JSON.
         label: heading.
         unit: its unit.
-        compute: function of a law and a worker; None if a run was lost.
+        compute: function of a law and the bench that it is run on; None if a run was lost.
         more: more is better.
     """
 
     name: str
     label: str
     unit: str
-    compute: Callable[[Law, Worker], float | None]
+    compute: Callable[[Law, Bench], float | None]
     more: bool = False
-
-
-def _metrics(law: Law, worker: Worker, changes: Mapping[str, Any]) -> Metrics | None:
-    """Return the metrics of the default experiment with changes by dotted name; None if the run was lost."""
-    result = worker.measure(Experiment(**with_changes({}, {**changes, "law": law})))
-    return result.metrics if result.outcome.status is Status.COMPLETED else None
 
 
 def _figure(metrics: Metrics | None, name: str, factor: float = 1.0) -> float | None:
@@ -55,45 +70,44 @@ def _figure(metrics: Metrics | None, name: str, factor: float = 1.0) -> float | 
     return None if value is None else factor * value
 
 
-def _realistic(law: Law, worker: Worker) -> float | None:
-    return _figure(_metrics(law, worker, hardware("realistic")), "rms_tip_error_mm", 1e3)
+def _realistic(law: Law, bench: Bench) -> float | None:
+    return _figure(bench.metrics(law, hardware("realistic")), "rms_tip_error_mm", 1e3)
 
 
-def _chattering(law: Law, worker: Worker) -> float | None:
+def _chattering(law: Law, bench: Bench) -> float | None:
     own, plain = (
-        _figure(_metrics(each, worker, hardware("realistic")), "chattering_Nm_per_s") for each in (law, BASELINE)
+        _figure(bench.metrics(each, hardware("realistic")), "chattering_Nm_per_s") for each in (law, BASELINE)
     )
     return None if own is None or plain is None else own / plain
 
 
-def _slow(law: Law, worker: Worker) -> float | None:
+def _slow(law: Law, bench: Bench) -> float | None:
     cases = product(("constant", "sinusoid"), (0.75, 1.0, 1.25))
     found = [
-        _figure(_metrics(law, worker, {"disturbance.name": shape, "mass_scale": mass}), "rms_error_rad")
+        _figure(bench.metrics(law, {"disturbance.name": shape, "mass_scale": mass}), "rms_error_rad")
         for shape, mass in cases
     ]
     errors = [error for error in found if error is not None]
     return max(errors) if len(errors) == len(found) else None
 
 
-def _peak(shape: str) -> Callable[[Law, Worker], float | None]:
-    def compute(law: Law, worker: Worker) -> float | None:
-        return _figure(_metrics(law, worker, {"disturbance.name": shape}), "max_tip_error_mm", 1e3)
+def _peak(shape: str) -> Callable[[Law, Bench], float | None]:
+    def compute(law: Law, bench: Bench) -> float | None:
+        return _figure(bench.metrics(law, {"disturbance.name": shape}), "max_tip_error_mm", 1e3)
 
     return compute
 
 
-def _delay(mass: float) -> Callable[[Law, Worker], float | None]:
-    def restless(law: Law, worker: Worker, delay: float) -> float:
+def _delay(mass: float) -> Callable[[Law, Bench], float | None]:
+    def restless(law: Law, bench: Bench, delay: float) -> float:
         late = {"mass_scale": mass, "sensing.delay": delay, "sensing.timestamped": False, "duration": 5.0}
-        found = _figure(_metrics(law, worker, late), "chattering_Nm_per_s")
-        experiment = Experiment(**with_changes({}, {**late, "law": law}))
-        return inf if found is None else found / needed_variation(experiment, worker.cache)
+        found = _figure(bench.metrics(law, late), "chattering_Nm_per_s")
+        return inf if found is None else found / needed_variation(bench.experiment(law, late), bench.worker.cache)
 
-    def compute(law: Law, worker: Worker) -> float | None:
+    def compute(law: Law, bench: Bench) -> float | None:
         most = None
         for step in range(round(MOST / STEP) + 1):
-            if restless(law, worker, step * STEP) > CALM:
+            if restless(law, bench, step * STEP) > CALM:
                 break
             most = 1e3 * step * STEP
         return most
@@ -119,11 +133,19 @@ which the loop stays calm.
 """
 
 
-def ablation(law: Law, *, jobs: int | None = None, progress: Progress = ignore_progress) -> dict[str, dict[str, Any]]:
+def ablation(
+    law: Law,
+    base: Mapping[str, Any] | None = None,
+    *,
+    jobs: int | None = None,
+    progress: Progress = ignore_progress,
+) -> dict[str, dict[str, Any]]:
     """Compute every figure of a law, whole and without each of its parts.
 
     Args:
         law: a law that declares its parts.
+        base: experiment as plain tables, whose hardware, masses and torques the figures change; by default the default
+            experiment.
         jobs: number of threads; None for the number of cores.
         progress: called with the number of finished figures and their total.
 
@@ -141,7 +163,12 @@ def ablation(law: Law, *, jobs: int | None = None, progress: Progress = ignore_p
         )
     variants = {WHOLE: law, **{part: law.replaced(**changes) for part, changes in law.ablations.items()}}
     work = [(name, figure) for name in variants for figure in FIGURES]
-    found = Runner(jobs).map(lambda item, worker: item[1].compute(variants[item[0]], worker), work, progress)
+
+    def compute(item: tuple[str, FigureOfMerit], worker: Worker) -> float | None:
+        name, figure = item
+        return figure.compute(variants[name], Bench(base or {}, worker))
+
+    found = Runner(jobs).map(compute, work, progress)
     table: dict[str, dict[str, Any]] = {name: {} for name in variants}
     for (name, figure), value in zip(work, found, strict=True):
         table[name][figure.name] = value

@@ -133,6 +133,15 @@ class Experiment(Parameters):
         """
         return cls(**with_changes(read_toml(Path(path)), changes or {}))
 
+    @classmethod
+    def elsewhere(cls, name: str) -> list[str]:
+        """Return dotted names of the parameters of this name that members of its parts have."""
+        return [
+            f"{part}.{name}"
+            for part, family in PARTS.items()
+            if any(name in member.model_fields for member in family.members.values())
+        ]
+
     @property
     def perturbation(self) -> Perturbation:
         """Differences between plant and nominal model."""

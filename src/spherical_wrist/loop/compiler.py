@@ -28,6 +28,7 @@ from spherical_wrist.errors import LawError, WristError, one_line
 from spherical_wrist.loop import object_cache
 from spherical_wrist.loop.machine_code import Compiled, MachineCode, load, processor, processor_features
 from spherical_wrist.measure.metrics import TOTALS, accumulate
+from spherical_wrist.stages import detail, notice, stage
 from spherical_wrist.versions import package_version
 
 Function = Callable[..., Any]
@@ -132,12 +133,16 @@ def _machine_code(key: str, function: types.FunctionType, signature: str | tuple
             from spherical_wrist.compat.numba import compiled_files
             from spherical_wrist.loop.numba_backend import emit
 
-            made = emit(function, signature, _foreign)
+            notice(f"compiling {function.__qualname__} (once; kept in the cache) ...")
+            with stage(f"compiled {function.__qualname__}"):
+                made = emit(function, signature, _foreign)
             undeclared = {file for file in compiled_files() if file.is_relative_to(PACKAGE)} - set(source_files())
             if undeclared:
                 raise WristError(f"machine code comes from {min(undeclared)}: add it to SOURCES in {__file__}")
             object_cache.write(key, made)
             found = _loaded(made)
+        else:
+            detail(f"{function.__qualname__}: machine code from the cache")
         if found is None:
             raise WristError(
                 f"compiled code of {function.__qualname__} calls functions that this process does not have"

@@ -22,6 +22,7 @@ from spherical_wrist.prepare.inputs import CachedMotion, Motion
 from spherical_wrist.prepare.nominal import NominalModel
 from spherical_wrist.prepare.physics import physics_model
 from spherical_wrist.prepare.plant import PlantModel
+from spherical_wrist.stages import stage
 from spherical_wrist.wrist import Wrist, WristFile, default_model, model_files
 
 Array = npt.NDArray[np.float64]
@@ -120,7 +121,7 @@ class RunCache:
         Raises:
             ModelError: the file is not a wrist.
         """
-        return self._wrists.get(file, file.load)
+        return self._wrists.get(file, lambda: _loaded(file))
 
     def models(self, file: WristFile, change: Perturbation, timing: Timing, slot: int = 0) -> Models:
         """Return the models of an MJCF file, valid until the next call for the same slot.
@@ -185,6 +186,11 @@ def thread_cache(file: WristFile) -> RunCache:
     contents = tuple(model_files(file.model or default_model()).values())
     found: RunCache = _THREAD.caches.get((file, contents), RunCache)
     return found
+
+
+def _loaded(file: WristFile) -> Wrist:
+    with stage(f"model {file.model or 'of the package'} read"):
+        return file.load()
 
 
 class CachePool:

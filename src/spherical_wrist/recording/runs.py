@@ -18,6 +18,7 @@ from spherical_wrist.recording import Recording, read_recording, write_recording
 from spherical_wrist.recording.experiment_text import experiment_text, title
 from spherical_wrist.recording.properties import check_properties
 from spherical_wrist.simulation.run import Run
+from spherical_wrist.stages import stage
 
 
 def record(run: Run, path: Path | str) -> None:
@@ -35,7 +36,7 @@ def record(run: Run, path: Path | str) -> None:
     for part, reason in run.embedded_files.missing.items():
         text = f"the recording cannot be replayed elsewhere: it has no source of its {part}, since {reason}"
         warnings.warn(f"{text}; define it in a file, and name it as path/to/file.py:Name", stacklevel=2)
-    with run.plant() as plant:
+    with run.plant() as plant, stage(f"written to {path}"):
         texts = title(run.description), experiment_text(run.description)
         write_recording(Path(path), run, plant, properties_of(run), run.every, run.embedded_files.archive(), *texts)
 

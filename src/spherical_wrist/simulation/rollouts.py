@@ -19,6 +19,7 @@ from spherical_wrist.prepare.cache import RunCache
 from spherical_wrist.prepare.closed_loop import CHUNK, MAX_STEPS, ClosedLoop, prepare
 from spherical_wrist.simulation.metric_accumulator import MetricAccumulator
 from spherical_wrist.simulation.verdict import Verdict, verdict
+from spherical_wrist.stages import stage
 
 
 class RolloutResult(NamedTuple):
@@ -74,7 +75,7 @@ def roll_out(
         Result of each experiment, or the exception that creating, preparing or running it raised.
     """
     with warnings_kept_in_data():
-        with _preparation_turn():
+        with _preparation_turn(), stage(f"prepared {len(makers)} run{'s' * (len(makers) > 1)}"):
             runs = [_Run(make, cache, slot, stop, warn) for slot, make in enumerate(makers)]
             rollouts = _rollouts(runs, chunk)
         if cache.engine.compiled:

@@ -13,6 +13,7 @@ from spherical_wrist.prepare.cache import RunCache, thread_cache
 from spherical_wrist.prepare.closed_loop import CHUNK, ClosedLoop
 from spherical_wrist.simulation.rollouts import roll_out
 from spherical_wrist.simulation.run import Run, circumstances
+from spherical_wrist.stages import detail
 
 MAX_ROWS = 20_000_000
 """Largest number of rows of a series: about ten gigabytes of memory, 5½ hours at 1 kHz."""
@@ -85,6 +86,7 @@ def simulate(
     [result] = roll_out([lambda: experiment], cache, stop=stop, keep=keep, chunk=chunk)
     if isinstance(result, Exception):
         raise result
+    detail(f"simulated {experiment.duration:g} s: {result.wall_time:.3g} s")
     series = Series.joined(kept)
     return Run(
         channels=series.channels,
