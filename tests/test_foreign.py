@@ -233,6 +233,8 @@ def test_an_included_file_opens_nothing_outside_either(tmp_path):
         r'<mujoco><asset><mesh name="m" file="..\secret.obj"/></asset></mujoco>',
         r'<mujoco><compiler meshdir="..\"/><asset><mesh name="m" file="secret.obj"/></asset></mujoco>',
         '<!DOCTYPE m [<!ENTITY e "a/b">]><mujoco><asset><mesh name="m" file="&e;/../../secret.obj"/></asset></mujoco>',
+        '<!DOCTYPE m [<!-- > <mujoco><asset><mesh name="m" file="../secret.obj"/></asset></mujoco> --> ]><mujoco/>',
+        '<!DOCTYPE m SYSTEM "><mujoco><asset><mesh name=%s file=%s/></asset></mujoco>"><mujoco/>',
         '<mujoco><INCLUDE file="b.xml"/></mujoco>',
         '<mujoco><asset><model name="m" file="b.xml"/></asset></mujoco>',
         '<mujoco><asset><model name="m" file="a.xml"/><model name="n" file="b.xml"/></asset></mujoco>',
@@ -244,7 +246,16 @@ def test_names_that_mujoco_reads_otherwise_than_xml_or_the_system_are_confined_t
     (tmp_path / "in" / "b.xml").write_text('<mujoco><include file="../secret.xml"/></mujoco>')
     with pytest.raises(WristError) as error:
         check_confined(tmp_path / "in" / "a.xml", tmp_path / "in")
-    assert "outside" in one_line(error.value) or "entities" in one_line(error.value)
+    assert any(word in one_line(error.value) for word in ("outside", "entities", "document type"))
+
+
+@pytest.mark.parametrize("command", ["replay", "render"])
+def test_a_model_that_grows_without_end_is_one_line(wrist, honest, tmp_path, command):
+    bomb = mjcf(more='<worldbody><replicate count="100000000"><geom size="1"/></replicate></worldbody>')
+    path = forged(tmp_path / "foreign.rrd", honest, {}, {"model": ("model/a.xml", bomb.encode())})
+    code, _, err = wrist(command, path)
+    assert (code, err.count("\n")) == (2, 1), err
+    assert " elements: make it 100,000 or less" in err
 
 
 @pytest.mark.parametrize(

@@ -128,6 +128,10 @@ WAYS = {
         },
         ["models/a.obj"],
     ),
+    "a document type with an entity that nobody uses": (
+        {"models/m.xml": '<!DOCTYPE mujoco SYSTEM "m.dtd" [<!ENTITY e "]>">]>' + assets(MESH.format("a.obj"))},
+        ["models/a.obj"],
+    ),
     "a stripped path": (
         {"models/m.xml": assets(MESH.format("/exported/from/a.obj"), 'meshdir="g" strippath="true"')},
         ["models/g/a.obj"],
@@ -327,3 +331,12 @@ def test_a_model_in_an_archive_is_to_be_unpacked(tmp_path, attached):
     (tmp_path / "m.xml").write_text(mjcf(more='<asset><model name="a" file="a.mjz"/></asset>'))
     with pytest.raises(ModelError, match=r"a\.mjz' is an archive: unpack it"):
         Wrist.load(tmp_path / ("m.xml" if attached else "a.mjz"))
+
+
+def test_a_model_that_mujoco_reads_and_is_no_xml_is_refused_when_it_is_recorded(wrist, tmp_path):
+    """Its entity is letters to MuJoCo: a name like any other."""
+    (tmp_path / "m.xml").write_text('<!DOCTYPE m [<!ENTITY e "x">]>' + mjcf().replace('name="rotor"', 'name="&e;"'))
+    code, _, err = wrist("run", "--model", tmp_path / "m.xml", "--law", "pd", "--duration", "0.1")
+    assert (code, err.count("\n")) == (2, 1), err
+    assert "cannot be recorded, because it is no XML (undefined entity" in err
+    assert wrist("run", "--model", tmp_path / "m.xml", "--law", "pd", "--duration", "0.1", "--no-recording")[0] == 0

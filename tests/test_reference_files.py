@@ -548,3 +548,19 @@ def test_the_command_lasts_as_long_as_the_motion_and_says_what_it_is(wrist, tmp_
     code, out, error = wrist(*arguments, "--duration", "all")
     assert (code, out) == (2, "")
     assert "'all' is neither a number of seconds nor whole" in error
+
+
+@pytest.mark.parametrize(
+    ("option", "name", "said"),
+    [
+        ("--reference", "tum.txt", "a motion in a file is given as recorded:tum.txt"),
+        ("--reference", "motions/euroc.csv", "a motion in a file is given as recorded:motions/euroc.csv"),
+        ("--reference", "mine.py", "one of your own is given with its name: mine.py:Name"),
+        ("--law", "mine.py", "one of your own is given with its name: mine.py:Name"),
+        ("--reference", "lissajou", "did you mean 'lissajous'?"),
+    ],
+)
+def test_a_file_without_what_it_is_comes_with_advice(wrist, option, name, said):
+    code, _, err = wrist("run", option, name, "--no-recording")
+    assert (code, err.count("\n")) == (2, 1)
+    assert said in err

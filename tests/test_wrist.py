@@ -2,7 +2,6 @@
 
 import subprocess
 import sys
-from contextlib import nullcontext
 from pathlib import Path
 
 import mujoco
@@ -17,6 +16,7 @@ from spherical_wrist.kinematics import rotated, tip_position
 from spherical_wrist.prepare.physics import physics_model
 from spherical_wrist.wrist import Wrist, default_model
 from spherical_wrist.wrist.mjcf import read_spec
+from spherical_wrist.wrist.model_sizes import SIZES
 
 ATTITUDES = Rotation.random(50, rng=np.random.default_rng(8))
 
@@ -205,25 +205,59 @@ def test_what_is_no_wrist_is_refused_in_one_line_that_names_file_and_fault(tmp_p
     assert said in message
 
 
+ACTUATOR = '<actuator><motor joint="w" nsample="100000000" delay="0.1"/></actuator>'
 HUGE = {
+    "elements": '<worldbody><replicate count="500"><replicate count="500"><site/></replicate></replicate></worldbody>',
     "cells of height fields": '<asset><hfield name="h" nrow="100000" ncol="100000" size="1 1 1 1"/></asset>',
     "pixels of textures": '<asset><texture name="t" type="2d" builtin="flat" width="20000" height="20000"/></asset>',
-    "values of sensors": '<sensor><user dim="1000000000"/></sensor>',
+    "points of flexible bodies": '<worldbody><body name="b"><flexcomp name="f" count="999 999 9"/></body></worldbody>',
+    "parts of a built-in mesh": '<asset><mesh name="m" builtin="cone" params="100000000 0.5"/></asset>',
+    "bytes of memory": '<size memory="900G"/>',
+    "contacts or constraints": '<size nconmax="2e9"/>',
+    "numbers of its stack": '<size nstack="2000000000"/>',
     "values of user data": '<size nuserdata="200000000"/>',
+    "user values of each element": '<size nuser_geom="&#49;000000000"/>',
     "key frames": '<size nkey="100000000"/>',
+    "values of sensors": '<sensor><user dim="1000000000"/></sensor>',
+    "samples of delays": ACTUATOR,
+    "pixels of a camera": '<worldbody><camera name="c" resolution="30000 30000"/></worldbody>',
+    "pixels of a rendered image": '<visual><global offwidth="100000" offheight="100000"/></visual>',
+    "pixels of shadows": '<visual><quality shadowsize="1000000"/></visual>',
+    "iterations of a solver": '<option iterations="2000000000"/>',
 }
 
 
-@pytest.mark.parametrize(("quantity", "section"), HUGE.items(), ids=HUGE)
-def test_a_size_that_would_fill_the_memory_is_refused_before_it_is_allocated(tmp_path, quantity, section):
+@pytest.mark.parametrize("size", SIZES, ids=lambda size: size.quantity)
+def test_a_size_that_would_fill_memory_or_time_is_refused_before_mujoco_reads_it(tmp_path, size):
+    [(quantity, section)] = [item for item in HUGE.items() if size.quantity.startswith(item[0])]
     (tmp_path / "mine.xml").write_text(mjcf(more=section))
     (tmp_path / "part.xml").write_text(f"<mujocoinclude>{section}</mujocoinclude>")
     (tmp_path / "including.xml").write_text(mjcf(more='<include file="part.xml"/>'))
     for name in ("mine.xml", "including.xml"):
-        with pytest.raises(ModelError, match=rf"{name}' asks for [\d,]+ {quantity}.*: make it 16,777,216 or less"):
-            Wrist.load(tmp_path / name)
-    with pytest.raises(ModelError, match="height fields") if "hfield" in section else nullcontext():
-        read_spec(tmp_path / "mine.xml")
+        with pytest.raises(ModelError, match=rf"{name}' asks for [\d,]+ {quantity}.*: make it {size.most:,} or less"):
+            read_spec(tmp_path / name)
+
+
+def test_what_is_attached_again_and_again_is_counted_as_often(tmp_path):
+    """Twenty models, each with the next one twice: a million of the last."""
+    named = '<asset><model name="n" file="{}.xml"/></asset>'
+    twice = f'{named}<worldbody><body><attach model="n" body="b" prefix="{{}}"/></body></worldbody>'
+    for k in range(20):
+        inner = '<body name="b"/>' if k == 19 else ""
+        text = "".join(twice.format(k + 1, side) for side in "lr")
+        (tmp_path / f"{k}.xml").write_text(f"<mujoco><worldbody>{inner}</worldbody>{'' if k == 19 else text}</mujoco>")
+    with pytest.raises(ModelError, match=r"asks for [\d,]{9,} elements"):
+        read_spec(tmp_path / "0.xml")
+
+
+def test_models_in_use_are_far_below_the_bounds(tmp_path):
+    usual = (
+        '<worldbody><replicate count="20" offset="0 0 0.1"><geom size="0.01"/></replicate></worldbody>'
+        '<size memory="64M"/><option iterations="200"/><visual><global offwidth="3840" offheight="2160"/></visual>'
+        '<asset><texture type="cube" builtin="gradient" name="t" width="512"/></asset>'
+    )
+    (tmp_path / "mine.xml").write_text(mjcf(more=usual))
+    assert Wrist.load(tmp_path / "mine.xml").model.ngeom > 20
 
 
 def test_sizes_that_are_commented_out_or_usual_are_taken(tmp_path):
@@ -353,6 +387,7 @@ AFTER_MEMORY_RAN_OUT = """
 import resource, sys
 from pathlib import Path
 from spherical_wrist.errors import ModelError
+from spherical_wrist.wrist.model_sizes import SIZES
 from spherical_wrist.wrist.mjcf import compiled, read_spec
 
 used = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()

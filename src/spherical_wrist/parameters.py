@@ -298,6 +298,15 @@ class Member(Parameters):
             raise cls.fault(f"{cls.kind} {member.name} raised {type(error).__name__}: {one_line(error)}") from None
 
     @classmethod
+    def advice(cls, name: str) -> str:
+        """Return advice on a name that is unknown."""
+        if name.endswith(".py"):
+            return f"one of your own is given with its name: {name}:Name"
+        if name[:1].isupper() and name.isidentifier():
+            return f"one of your own is given with its file: path/to/file.py:{name}"
+        return f"`wrist list {cls.kind}` shows them all"
+
+    @classmethod
     def member(cls, name: Any) -> "type[Member]":
         """Return the member with a name, or that of ``path/to/file.py:Name`` from a user's own file.
 
@@ -320,10 +329,7 @@ def _unknown(family: type[Member], name: str) -> ParameterError:
         own = ""
     if own:
         return ParameterError(f"unknown {family.kind} {name!r}: one of your own is given with its file, {own}")
-    advice = f"; `wrist list {family.kind}` shows them all"
-    if name[:1].isupper() and name.isidentifier():
-        advice = f"; one of your own is given with its file: path/to/file.py:{name}"
-    return UnknownNameError(family.kind, name, family.members, advice)
+    return UnknownNameError(family.kind, name, family.members, f"; {family.advice(name)}")
 
 
 def _placeholder(family: type[Member], address: str, names: tuple[str, ...]) -> type[Member]:

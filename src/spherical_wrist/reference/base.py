@@ -2,6 +2,7 @@
 
 from collections.abc import Hashable, Iterable, Mapping
 from math import inf
+from pathlib import Path
 from typing import Any, ClassVar, Self
 
 import numpy as np
@@ -23,6 +24,14 @@ class Reference(Member):
 
     kind: ClassVar[str] = "reference"
     subject: ClassVar[str] = ""
+
+    @classmethod
+    def advice(cls, name: str) -> str:
+        """Return advice on a name that is unknown: a file of a motion needs its kind before it."""
+        short = [member for member, kind in cls.members.items() if issubclass(kind, Reference) and kind.subject]
+        if short and not name.endswith(".py") and (Path(name).suffix or Path(name).is_file()):
+            return f"a motion in a file is given as {' or '.join(f'{each}:{name}' for each in short)}"
+        return super().advice(name)
 
     def motion(self, time: Array) -> npt.NDArray[Any]:
         """Return attitude, body rate [rad/s] and body acceleration [rad/s²] at ``time`` [s], (n,), as MOTION."""

@@ -5,6 +5,7 @@ import os
 import re
 from collections import OrderedDict, defaultdict
 from collections.abc import Iterator, Mapping, Sequence
+from functools import cached_property
 from pathlib import Path
 from typing import NamedTuple
 from xml.etree import ElementTree
@@ -12,10 +13,11 @@ from xml.sax.saxutils import escape
 
 import mujoco
 
-from spherical_wrist.errors import ModelError
+from spherical_wrist.errors import ModelError, one_line
 from spherical_wrist.files import read_whole
-from spherical_wrist.wrist.mjcf import COMMENT, read_spec, text_named
-from spherical_wrist.wrist.named_files import FILE, FOLDER, check_confined, slashed
+from spherical_wrist.wrist.mjcf import read_spec
+from spherical_wrist.wrist.model_sizes import COMMENT
+from spherical_wrist.wrist.named_files import DOCTYPE, FILE, FOLDER, check_confined, slashed, text_named
 
 _ELEMENT = re.compile(rb"""<(\w+)((?:[^<>"']|"[^"]*"|'[^']*')*)>""")
 _ATTRIBUTE = re.compile(rb"""\b(\w+)\s*=\s*(["'])(.*?)\2""", re.DOTALL)
@@ -36,11 +38,15 @@ class _Name(NamedTuple):
     is_text: bool
 
 
-class _Model(NamedTuple):
+class _Model:
     """Files of a model: contents by path, the MJCF file first, and the same in the form that can be moved."""
 
-    contents: Mapping[Path, bytes]
-    portable: Mapping[str, bytes]
+    def __init__(self, contents: Mapping[Path, bytes], names: Sequence[_Name]) -> None:
+        self.contents, self._names = contents, names
+
+    @cached_property
+    def portable(self) -> Mapping[str, bytes]:
+        return _moved(self.contents, self._names)
 
 
 _models: OrderedDict[Path, _Model] = OrderedDict()
@@ -66,10 +72,11 @@ def portable(path: Path) -> Mapping[str, bytes]:
 
     They stay as they are where all names are relative, without symbolic links, and stay within one folder wherever
     MuJoCo may look for them. Otherwise all MJCF files stand beside each other, with the folders of assets beside them
-    and no other folder named: then every way of looking for a file leads to the same one.
+    and no other folder named: then every way of looking for a file leads to the same one. Comments that are no XML, and
+    declarations of a document type, which MuJoCo skips, are left out.
 
     Raises:
-        ModelError: as :func:`model_files` raises.
+        ModelError: as :func:`model_files` raises; or a text is one that MuJoCo reads, and is no XML.
     """
     return _model(path).portable
 
@@ -77,7 +84,7 @@ def portable(path: Path) -> Mapping[str, bytes]:
 def _moved(contents: Mapping[Path, bytes], names: Sequence[_Name]) -> dict[str, bytes]:
     main = next(iter(contents))
     texts = {main, *(name.file for name in names if name.is_text)}
-    contents = {file: _well_formed(content) if file in texts else content for file, content in contents.items()}
+    contents = {file: _well_formed(file, content) if file in texts else content for file, content in contents.items()}
     root = Path(os.path.commonpath([file.parent for file in contents]))
     try:
         check_confined(main, root)
@@ -115,13 +122,24 @@ def _flat(contents: Mapping[Path, bytes], names: Sequence[_Name]) -> dict[str, b
     return {places[file]: _edited(content, edits[file]) for file, content in contents.items()}
 
 
-def _well_formed(content: bytes) -> bytes:
-    """Return a text with blank comments if it is no XML with them: MuJoCo accepts hyphens and any bytes there."""
-    try:
-        ElementTree.fromstring(content)
-    except (ElementTree.ParseError, ValueError, LookupError):
-        return COMMENT.sub(_blank, content)
-    return content
+def _well_formed(file: Path, content: bytes) -> bytes:
+    """Return a text with blanks for what MuJoCo skips and XML does not: hyphens and any bytes in comments, a DOCTYPE.
+
+    Raises:
+        ModelError: it is no XML then either, so that nobody who gets it could look through it.
+    """
+    content = DOCTYPE.sub(_blank, content)
+    for text in (content, COMMENT.sub(_blank, content)):
+        try:
+            ElementTree.fromstring(text)
+        except (ElementTree.ParseError, ValueError, LookupError) as error:
+            reason = one_line(error)
+        else:
+            return text
+    raise ModelError(
+        f"model {str(file)!r} cannot be recorded, because it is no XML ({reason}): write it as XML, and out what is an "
+        "entity, which MuJoCo takes as letters; or run without a recording"
+    )
 
 
 def _blank(comment: re.Match[bytes]) -> bytes:
@@ -171,8 +189,7 @@ def _read(path: Path) -> _Model:
     missing = [str(file) for file in files if not file.is_file()]
     if missing:
         raise ModelError(f"model {str(path)!r} needs {missing[0]!r}, which is not there")
-    contents = {file: read_whole(file) for file in files}
-    return _Model(contents, _moved(contents, names))
+    return _Model({file: read_whole(file) for file in files}, names)
 
 
 def _names(text: Path, main: Path, spec: mujoco.MjSpec, strip: bool) -> Iterator[_Name]:

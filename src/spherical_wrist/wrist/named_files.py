@@ -3,6 +3,7 @@
 MuJoCo opens whatever a model names, wherever it is. The names are therefore looked up in the text before MuJoCo parses.
 """
 
+import os
 import re
 from pathlib import Path
 from xml.etree import ElementTree
@@ -13,9 +14,33 @@ FILE, FOLDER = re.compile(r"file(?!name)\w*"), re.compile(r"(mesh|texture|asset)
 """Attributes of MJCF that name files (``file``, ``fileright`` ...), and folders of files."""
 
 
+_OUTSIDE, _QUOTED = rb"""[^\[\]<>"']""", rb""""[^"]*"|'[^']*'"""
+DOCTYPE = re.compile(rb"<!DOCTYPE(?:%b|%b)*(?:\[(?:%b|%b)*\]\s*)?>" % (_OUTSIDE, _QUOTED, rb"""[^\]"']""", _QUOTED))
+"""Declaration of a document type, with what is declared in it."""
+
+_PLAIN_DOCTYPE = re.compile(rb"""<!DOCTYPE(?:[^\[\]<>"']|"[^"<>]*"|'[^'<>]*')*>""")
+
+
 def slashed(name: str) -> str:
     """Return a name of a file as MuJoCo reads it on every system: a backslash parts folders too."""
     return name.replace("\\", "/")
+
+
+def text_named(tag: str, name: str, text: Path, main: Path) -> Path:
+    """Return the MJCF file that an element of another one names.
+
+    Args:
+        tag: ``include`` or ``model``.
+        name: what it names, with slashes.
+        text: file that the element is in.
+        main: MJCF file of the model, which may be the same.
+
+    Returns:
+        The first file that is there, where MuJoCo looks for it; the first place without any.
+    """
+    bases = (text.parent, main.parent) if tag == "model" else (main.parent, text.parent)
+    places = [Path(os.path.normpath(base / name)) for base in bases]
+    return next((each for each in places if each.is_file()), places[0])
 
 
 def check_confined(model: Path, folder: Path) -> None:
@@ -67,6 +92,8 @@ def _parsed(file: Path) -> list[ElementTree.Element]:
     content = file.read_bytes()
     if b"<!ENTITY" in content:  # MuJoCo takes them as letters, and would read another name than is checked here
         raise ModelError(f"{file.name!r} declares entities, which MuJoCo does not know: write them out")
+    if b"<!DOCTYPE" in _PLAIN_DOCTYPE.sub(b"", content):  # which ends for MuJoCo at the first ">" in it
+        raise ModelError(f"{file.name!r} declares a document type, which MuJoCo reads in another way: leave it out")
     try:
         return list(ElementTree.fromstring(content).iter())
     except (ElementTree.ParseError, ValueError, LookupError) as error:
