@@ -555,8 +555,7 @@ def test_the_command_lasts_as_long_as_the_motion_and_says_what_it_is(wrist, tmp_
     [
         ("--reference", "tum.txt", "a motion in a file is given as recorded:tum.txt"),
         ("--reference", "motions/euroc.csv", "a motion in a file is given as recorded:motions/euroc.csv"),
-        ("--reference", "mine.py", "one of your own is given with its name: mine.py:Name"),
-        ("--law", "mine.py", "one of your own is given with its name: mine.py:Name"),
+        ("--reference", "mine.py", "no such file 'mine.py'"),
         ("--reference", "lissajou", "did you mean 'lissajous'?"),
     ],
 )

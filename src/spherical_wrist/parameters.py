@@ -300,8 +300,6 @@ class Member(Parameters):
     @classmethod
     def advice(cls, name: str) -> str:
         """Return advice on a name that is unknown."""
-        if name.endswith(".py"):
-            return f"one of your own is given with its name: {name}:Name"
         if name[:1].isupper() and name.isidentifier():
             return f"one of your own is given with its file: path/to/file.py:{name}"
         return f"`wrist list {cls.kind}` shows them all"

@@ -29,7 +29,7 @@ class Reference(Member):
     def advice(cls, name: str) -> str:
         """Return advice on a name that is unknown: a file of a motion needs its kind before it."""
         short = [member for member, kind in cls.members.items() if issubclass(kind, Reference) and kind.subject]
-        if short and not name.endswith(".py") and (Path(name).suffix or Path(name).is_file()):
+        if short and (Path(name).suffix or Path(name).is_file()):
             return f"a motion in a file is given as {' or '.join(f'{each}:{name}' for each in short)}"
         return super().advice(name)
 
