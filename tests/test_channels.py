@@ -27,7 +27,7 @@ from spherical_wrist.picture_file import picture_content
 from spherical_wrist.recording import read_recording
 from spherical_wrist.recording.layout import FORMAT
 
-OLD = sorted((Path(__file__).parent / "recordings" / "format1").glob("*.rrd"))
+OLD = sorted((Path(__file__).parent / "recordings").glob("format*/*.rrd"))
 each_channel = pytest.mark.parametrize("channel", CHANNELS.values(), ids=CHANNELS)
 each_old = pytest.mark.parametrize("path", OLD, ids=lambda path: path.stem)
 
@@ -231,8 +231,8 @@ def test_a_channel_is_added_by_one_entry_and_the_law_that_writes_it(tmp_path):
 
 
 @each_old
-def test_recordings_of_format_1_are_read_inspected_exported_and_drawn(path, tmp_path):
-    assert read_recording(path).format == 1
+def test_recordings_of_older_formats_are_read_inspected_exported_and_drawn(path, tmp_path):
+    assert read_recording(path).format == int(path.parent.name.removeprefix("format")) < FORMAT
     found = inspect(path)
     found.check()
     run = found.run
@@ -253,7 +253,7 @@ def test_recordings_of_format_1_are_read_inspected_exported_and_drawn(path, tmp_
 
 
 @each_old
-def test_recordings_of_format_1_are_simulated_again_from_themselves(path):
+def test_recordings_of_older_formats_are_simulated_again_from_themselves(path):
     """Bit for bit with the versions and on the processor that they were made with, else to rounding."""
     found = replay(path, trust=True)
     assert found.same_outcome or found.circumstances

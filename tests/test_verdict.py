@@ -21,7 +21,7 @@ from spherical_wrist.recording.runs import properties_of
 from spherical_wrist.simulation.verdict import Judgement, verdict
 from spherical_wrist.wrist import Wrist
 
-OLD = sorted((Path(__file__).parent / "recordings" / "format1").glob("*.rrd"))
+OLD = sorted((Path(__file__).parent / "recordings").glob("format*/*.rrd"))
 COMPLETED = Outcome(Status.COMPLETED, 10.0)
 FIGURES = {
     "rms_tip_error_mm": 0.02680, "max_tip_error_mm": 0.03985, "max_tip_error_at_s": 3.21, "settling_time_s": 0.0,

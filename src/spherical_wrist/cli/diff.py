@@ -84,6 +84,7 @@ def _print(found: RunDifference, runs: tuple[Run, Run], paths: tuple[Path, Path]
     from spherical_wrist.cli.parameters_table import written
 
     console = printer()
+    console.print(_verdict(found))
     for side, path, run in zip("AB", paths, runs, strict=True):
         console.print(Text.assemble((side, "bold"), "  ", (str(path), "bold"), f"  {len(run)} samples", thinning(run)))
         console.print(Text("   ") + headline(run) + Text(": ") + verdict_text(run.verdict), soft_wrap=True)
@@ -105,7 +106,6 @@ def _print(found: RunDifference, runs: tuple[Run, Run], paths: tuple[Path, Path]
         console.print(fitted("Series", headings, [_row(array) for array in parted], width))
     for line in _notes(found):
         console.print(line)
-    console.print(_verdict(found))
     for plot in plots:
         console.print(Text.assemble("picture written to ", (str(plot), "bold")), soft_wrap=True)
 

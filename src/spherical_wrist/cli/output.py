@@ -119,8 +119,18 @@ def metrics_table(columns: Mapping[str, Metrics], width: int) -> Table:
         if any(name in metrics.available for metrics in columns.values())
     ]
     widest = (max(map(cell_width, column)) for column in zip(headings, *rows, strict=True))
-    shown = len(headings) if sum(widest) + 2 * len(headings) <= width else len(headings) - 1
-    table = Table(box=None, padding=(0, 2, 0, 0), pad_edge=False, header_style="dim", show_header=len(columns) > 1)
+    noted = sum(widest) + 2 * len(headings) <= width
+    shown = len(headings) if noted else len(headings) - 1
+    table = Table(
+        box=None,
+        padding=(0, 2, 0, 0),
+        pad_edge=False,
+        header_style="dim",
+        show_header=len(columns) > 1,
+        caption=None if noted else Text("what each figure is: wrist list"),
+        caption_style="dim",
+        caption_justify="left",
+    )
     for column, heading in enumerate(headings[:shown]):
         table.add_column(Text(heading), justify="right" if 0 < column <= len(columns) else "left", no_wrap=True)
     for row in rows:

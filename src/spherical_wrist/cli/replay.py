@@ -100,18 +100,20 @@ def _print(found: Replay, path: Path) -> None:
     from spherical_wrist.cli.output import headline, print_verdict, thinning
 
     console, series = printer(), found.series
-    print_verdict(found.recorded.verdict, found.recorded.warnings, console)
-    console.print(Text.assemble((str(path), "bold"), f"  {series.rows[0]} samples", thinning(found.recorded)))
-    console.print(headline(found.recorded))
     if found.identical:
         verdict = f"{series.rows[0]} rows of {len(series.arrays)} arrays, all metrics and the outcome"
         console.print(Text.assemble(("bit-identical", "bold green"), f": {verdict}, simulated again"))
         if found.circumstances:
             console.print(Text(f"although {_changes(found)}", "dim"))
+    else:
+        first = series.first
+        where = f" first at t = {first.time:.6g} s, row {first.row_a}" if first else ""
+        console.print(Text.assemble(("differs", "bold red"), where))
+    print_verdict(found.recorded.verdict, found.recorded.warnings, console)
+    console.print(Text.assemble((str(path), "bold"), f"  {series.rows[0]} samples", thinning(found.recorded)))
+    console.print(headline(found.recorded))
+    if found.identical:
         return
-    first = series.first
-    where = f" first at t = {first.time:.6g} s, row {first.row_a}" if first else ""
-    console.print(Text.assemble(("differs", "bold red"), where))
     if not found.same_outcome:
         console.print(f"recorded: {found.recorded.outcome}; replayed: {found.again.outcome}")
     if series.rows[0] != series.rows[1]:

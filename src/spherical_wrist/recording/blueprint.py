@@ -36,11 +36,12 @@ def blueprint(
         rrb.TextDocumentView(name="Experiment", origin=EXPERIMENT_TEXT),
         active_tab=0,
     )
+    faulty = bool(in_place(list(series.plots()), Place.HARDWARE))  # which makes the texts longer
     stack = [[_plot(plot, ranges.get(plot.name), bound) for plot in place] for place in _stack(list(series.plots()))]
     places = [_place(views) for views in stack if views]
     return rrb.Blueprint(
         rrb.Horizontal(
-            rrb.Vertical(_scene(wrist), texts, row_shares=[1.0, 1.6]),
+            rrb.Vertical(_scene(wrist), texts, row_shares=[1.0, 1.6 if faulty else 1.15]),
             rrb.Vertical(*places),
             column_shares=[1.0, 1.0],
         ),
