@@ -119,7 +119,8 @@ def test_a_default_is_printed_once(name, wrist):
 
 
 NEAR = {
-    "plot a.rrd": "wrist inspect a.rrd --plot OUT.png",
+    "plot a.rrd": "wrist plot a.rrd -o errors.pdf",
+    "draw a.rrd": "wrist plot a.rrd -o OUT.pdf",
     "info": "wrist inspect FILE.rrd",
     "info a.rrd": "wrist inspect a.rrd",
     "mail.rrd": "wrist inspect mail.rrd, or wrist view mail.rrd",

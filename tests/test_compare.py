@@ -8,31 +8,31 @@ import signal
 import subprocess
 import sys
 import time
-from itertools import chain, pairwise, product
+from itertools import chain, product
 from math import inf
 from pathlib import Path
 
+import matplotlib as mpl
 import numpy as np
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
 from matplotlib.image import imread
-from matplotlib.text import Annotation, Text
-from scipy.optimize import LinearConstraint, minimize
 from scipy.stats import bootstrap
 
+from picture_checks import overlaps
 from rigs import one_line
 from spherical_wrist import Experiment, load_recording, simulate
 from spherical_wrist.actuation import Realistic as RealisticMotor
 from spherical_wrist.actuation import SphericalMotor
 from spherical_wrist.cli import main
 from spherical_wrist.cli.compare import print_comparison
+from spherical_wrist.cli.results import ResultFiles
 from spherical_wrist.comparison import DEFAULT, Case, Cell, Comparison, compare, laws_from_texts, registered
 from spherical_wrist.comparison.cases import FAULTY, IDEAL, group_of, read_cases, select
+from spherical_wrist.comparison.comparison_table import comparison_table
 from spherical_wrist.comparison.law_selection import law_from_text, law_option, law_text, law_value, named_laws
-from spherical_wrist.comparison.picture import pareto_picture, spread_apart
+from spherical_wrist.comparison.picture import comparison_picture
 from spherical_wrist.comparison.ranking import (
     combined_error,
     geometric_mean,
@@ -52,7 +52,9 @@ from spherical_wrist.experiment.presets import HARDWARE
 from spherical_wrist.experiment.randomness import is_random
 from spherical_wrist.loop.outcome import Outcome, Status
 from spherical_wrist.measure.metrics import METRICS, Metrics
+from spherical_wrist.picture_style import STYLE, WIDTHS
 from spherical_wrist.reference import Step
+from spherical_wrist.result_table import as_latex, as_markdown
 from spherical_wrist.sensing import Realistic as RealisticSensing
 
 LAW = """
@@ -654,51 +656,64 @@ def test_a_wrong_pattern_is_one_line_before_anything_runs(found, tmp_path, recor
         compare(found.laws, same, {}, BRIEF, record=["all"], folder=tmp_path / "out")
 
 
-# --- pictures
+# --- pictures and tables
 
 
-@given(st.lists(st.floats(0.0, 1.0), min_size=1, max_size=7).map(sorted), st.floats(0.01, 0.14))
-@settings(max_examples=50)
-def test_labels_stay_apart_and_as_near_as_can_be(wanted, gap):
-    """SciPy's constrained least squares finds no places that are nearer."""
-    places = np.array(spread_apart(wanted, gap))
-    assert all(b - a >= gap - 1e-9 for a, b in pairwise(places))
-    assert places.min() >= -1e-9
-    assert places.max() <= 1.0 + 1e-9
-    count = len(wanted)
-    apart = LinearConstraint(np.eye(count)[1:] - np.eye(count)[:-1], lb=gap) if count > 1 else ()
-    start = np.linspace(0.0, 1.0, count)
-    best = minimize(lambda x: np.sum((x - wanted) ** 2), start, bounds=[(0.0, 1.0)] * count, constraints=apart)
-    assert np.sum((places - wanted) ** 2) <= best.fun + 1e-6
-
-
-def test_the_labels_of_the_picture_do_not_overlap(found):
-    many = comparison({f"law_number_{n}": [1e-4 * (1 + 0.01 * n), 2e-4] for n in range(16)})
-    for shown in (many, found):
-        drawing = pareto_picture(to_dict(shown, ""))
-        assert isinstance(drawing, Figure)
-        renderer = FigureCanvasAgg(drawing).get_renderer()
-        drawing.draw(renderer)
-        whole = drawing.get_window_extent()
-        for axes in drawing.axes:
-            labels = [text for text in axes.texts if isinstance(text, Annotation)]
-            assert len(labels) == len(shown.laws)
-            for text in labels:
-                text.update_positions(renderer)
-            # without the line to its mark, which an annotation counts as part of itself
-            boxes = [Text.get_window_extent(text) for text in labels]
-            for first, second in pairwise(sorted(boxes, key=lambda box: box.y0)):
-                assert second.y0 >= first.y0 + 0.8 * first.height
-            assert all(whole.x0 <= box.x0 and box.x1 <= whole.x1 for box in boxes)
+@pytest.mark.parametrize("width", WIDTHS.values())
+def test_the_picture_has_names_at_the_left_in_the_order_of_ranks_and_never_over_data(width):
+    long = "adaptive_fuzzy_sliding_computed_torque Kp=[400, 400, 400] Kv=[40, 40, 40]"
+    many = {f"law_number_{n}": [1e-4 * (1 + 0.01 * n), None if n == 7 else 2e-4] for n in range(16)}
+    shown = to_dict(comparison({**many, long: [1e-1, 2e-1]}), "")
+    drawing = comparison_picture(shown, width)
+    with mpl.rc_context(STYLE):
+        assert overlaps(drawing) == []
+    names = [text.get_text().replace("\n", " ") for text in drawing.axes[0].get_yticklabels()]
+    assert [name.replace(" ", "") for name in names] == [law["law"].replace(" ", "") for law in shown["laws"]]
+    assert {"median", "worst run", "a run was lost"} <= {
+        text.get_text().partition(",")[0] for text in drawing.legends[0].get_texts()
+    }
 
 
 def test_marks_of_the_picture_are_where_the_figures_are():
     shown = to_dict(comparison({"a": [1e-3, 4e-3], "b": [1e-2, 1e-2]}, {"a": [2.0, 8.0], "b": [1.0, 1.0]}), "")
-    (axes,) = pareto_picture(shown).axes
-    marks = [line.get_xydata()[0].tolist() for line in axes.lines if line.get_marker() == "o"]
-    assert marks == [pytest.approx([4.0, 2e-3]), pytest.approx([1.0, 1e-2])]
-    (steps,) = [line for line in axes.lines if line.get_marker() != "o"]
-    assert steps.get_xydata().tolist() == [pytest.approx([1.0, 1e-2]), pytest.approx([4.0, 2e-3])]
+    error, chattering, counts = comparison_picture(shown).axes
+
+    def marks(panel, marker):
+        return [line.get_xdata()[0] for line in panel.lines if line.get_marker() == marker]
+
+    assert marks(error, "o") == pytest.approx([1.0, np.sqrt(10.0 * 2.5)], rel=0.3)  # median of two
+    assert marks(error, "o") == [law["median_ratio"] for law in shown["laws"]]
+    assert marks(error, "|") == pytest.approx([1.0, 10.0])
+    dots = [sorted(line.get_xdata()) for line in error.lines if line.get_marker() == "."]
+    assert dots == [pytest.approx([1.0, 1.0]), pytest.approx([2.5, 10.0])]
+    assert marks(chattering, "o") == pytest.approx([4.0, 1.0])
+    assert marks(counts, "o") == [2, 0]
+
+
+def test_lost_runs_are_marked_at_the_edge_and_a_single_case_has_no_dots():
+    shown = to_dict(comparison({"a": [1e-3], "b": [None]}), "")
+    error, *_ = comparison_picture(shown).axes
+    crosses = [line for line in error.lines if line.get_marker() == "x"]
+    assert [line.get_xdata()[0] for line in crosses] == [pytest.approx(error.get_xlim()[1])]
+    assert not [line for line in error.lines if line.get_marker() == "."]
+
+
+def test_the_table_for_a_paper():
+    several = comparison_table(to_dict(comparison({"a_b": [1e-3, 4e-3, None], "c": [1e-2, 1e-2, 1e-2]}), ""))
+    assert [row[0] for row in several.rows] == ["c", "a_b"] or [row[0] for row in several.rows] == ["a_b", "c"]
+    row = {each[0]: each for each in several.rows}
+    assert (row["a_b"][3], row["a_b"][7], row["c"][7]) == ("lost", "1", "0")
+    one = comparison_table(to_dict(comparison({"a_b": [1e-3], "c": [1e-2]}), ""))
+    assert [column.label for column in one.columns][:3] == [
+        "law",
+        "error [×]",
+        METRICS["rms_error_rad"].heading_and_unit,
+    ]
+    assert one.rows[0][:3] == ["a_b", 1.0, pytest.approx(1e-3)]
+    assert {(0, 1), (0, 2)} <= one.best
+    for table in (several, one):
+        assert r"a\_b" in as_latex(table)
+        assert "| a_b |" in as_markdown(table)
 
 
 # --- the command line
@@ -737,7 +752,7 @@ def test_the_folder_has_the_same_numbers_in_every_form(wrist):
     given = json.loads(out)
     assert (code, err) == (0, "")
     assert json.loads(Path("out/comparison.json").read_text()) == given
-    names = {"comparison.csv", "comparison.json", "comparison.md", "comparison.pdf", "comparison.png", "comparison.svg"}
+    names = {f"comparison.{ending}" for ending in ("csv", "json", "md", "pdf", "png", "svg", "tex")}
     assert set(given["files"]) == names
     assert {path.name for path in Path("out").glob("*.rrd")} == {
         "pd--constant-heavy.rrd",
@@ -770,7 +785,7 @@ def test_tables_fit_the_terminal_and_cut_no_figure(capsys, monkeypatch, width, f
     names = ["adaptive_fuzzy_sliding_computed_torque", "computed_torque Kp=[100, 200, 300] Kv=20", "sliding_mode"]
     errors = {name: [1.234e-4, None, 5.678e-3] for name in (*names, *(f"law_{n}" for n in range(15)))}
     shown = to_dict(comparison(errors), "")
-    print_comparison(shown, full=full, folder=None)
+    print_comparison(shown, full=full, files=ResultFiles())
     out = capsys.readouterr().out
     lines = out.splitlines()
     assert all(len(line) <= width for line in lines if " diverged at " not in line)

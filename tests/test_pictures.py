@@ -1,11 +1,13 @@
 """Pictures: one style, formats that other programs open, widths, and text that nothing covers."""
 
+import csv
 import io
+import json
 import re
 import shutil
 import subprocess
 import xml.etree.ElementTree as ET
-from itertools import combinations, pairwise
+from itertools import pairwise
 from pathlib import Path
 
 import matplotlib as mpl
@@ -13,20 +15,23 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.image import imread
 
+from picture_checks import overlaps
 from rigs import one_line
+from spherical_wrist import Experiment, record, simulate
 from spherical_wrist.colours import AXES, GREY, OWN, PALETTE, PAPER, RIVALS
-from spherical_wrist.comparison.law_rows import columns_that_fit, law_rows, panel_width, row_panels, rows_height
+from spherical_wrist.comparison.law_rows import columns_that_fit, law_rows, panel_widths, row_panels, rows_height
 from spherical_wrist.control import Law
 from spherical_wrist.errors import ParameterError
+from spherical_wrist.inspection.runs_picture import in_bins, runs_picture
 from spherical_wrist.picture_axes import log_ticks, logarithmic, text_width, wrapped
 from spherical_wrist.picture_file import PICTURES, check_ending, picture_bytes, picture_content
 from spherical_wrist.picture_style import STYLE, WIDTHS, law_looks, width_inches
 from spherical_wrist.plain_text import latex, latex_mathematics, literal
+from spherical_wrist.result_table import Column, ResultTable, as_csv, as_latex, as_markdown, table_content
 
 NAME = r"my_law K=50% {a} #1 & $x$ ~ \ ^ τ²"
 
@@ -151,47 +156,16 @@ def test_colours_are_told_apart_without_red_or_green(colours):
 LONG = "adaptive_fuzzy_sliding_computed_torque Kp=[400, 400, 400] Kv=[40, 40, 40] prediction=false"
 
 
-def overlaps(made):
-    """Return the texts of a picture that reach into a panel that is not theirs, into each other, or beyond the edge."""
-    made.draw_without_rendering()
-    renderer = FigureCanvasAgg(made).get_renderer()
-    panels = [panel.get_window_extent(renderer) for panel in made.axes]
-    names, words = [], []
-    for panel in made.axes:
-        names += [text for text in panel.get_yticklabels() if text.get_text()]
-        words += [panel.title, panel.xaxis.label, *panel.get_xticklabels()]
-    words += [text for legend in made.legends for text in legend.get_texts()]
-    boxes = {text: text.get_window_extent(renderer) for text in (*names, *words) if text.get_text()}
-    whole = made.get_window_extent(renderer)
-    found = [
-        (text.get_text(), "a panel")
-        for text, box in boxes.items()
-        for panel in panels
-        if box.shrunk(0.98, 0.9).overlaps(panel)
-    ]
-    found += [
-        (a.get_text(), b.get_text())
-        for (a, first), (b, second) in combinations(boxes.items(), 2)
-        if first.shrunk(0.98, 0.9).overlaps(second.shrunk(0.98, 0.9))
-    ]
-    found += [
-        (text.get_text(), "the edge")
-        for text, box in boxes.items()
-        if box.x0 < whole.x0 or box.x1 > whole.x1 or box.y0 < whole.y0 or box.y1 > whole.y1
-    ]
-    return found
-
-
 @pytest.mark.parametrize("width", WIDTHS.values())
 def test_no_text_of_rows_of_laws_covers_data_or_other_text(width):
     statuses = {name: law.status for name, law in Law.members.items()} | {LONG: "user", "$a_b$ {x}": "rival"}
     rows = law_rows(statuses, width)
     titles = ["unknown_delay [ms]", "disturbance [%]", "worst tip error [µm]"]
-    columns = columns_that_fit(rows, width, 0.6, 3)
+    shares = [1.0] * columns_that_fit(rows, width, 0.6, 3)
     with mpl.rc_context(STYLE):
-        made = Figure(figsize=(width, 0.1 + rows_height(rows, titles, width, columns)))
-        for panel in row_panels(made, rows, titles, 0.1, columns):
-            logarithmic(panel.xaxis, 2.3e-5, 4.1e3, panel_width(rows, width, columns))
+        made = Figure(figsize=(width, 0.1 + rows_height(rows, titles, width, shares)))
+        for panel in row_panels(made, rows, titles, 0.1, shares):
+            logarithmic(panel.xaxis, 2.3e-5, 4.1e3, panel_widths(rows, width, shares)[0])
         assert overlaps(made) == []
     drawn = [text.get_text() for text in made.axes[0].get_yticklabels()]
     assert [text.replace("\n", "").replace(" ", "") for text in drawn] == [
@@ -220,3 +194,118 @@ def test_long_text_is_broken_and_nothing_is_lost():
         assert "".join(lines).replace(" ", "") == LONG.replace(" ", "")
         assert all(text_width(line, 7.0) <= room for line in lines)
     assert wrapped("pd", 7.0, 1.0) == ["pd"]
+
+
+# --- tables
+
+TABLE = ResultTable(
+    "100 % of #1",
+    [Column("law", text=True), Column("tip_error", "µm"), Column("×")],
+    [["my_law & co", 1.234e-5, None], ["b|c", 2.0, -3.5]],
+    frozenset({(0, 1)}),
+    ["a note"],
+    frozenset({1}),
+)
+
+
+def test_a_table_as_latex():
+    assert as_latex(TABLE).splitlines() == [
+        "% 100 % of #1",
+        "% a note",
+        r"% In the preamble: \usepackage{booktabs}",
+        r"\begin{tabular}{lrr}",
+        r"\toprule",
+        r"law & tip\_error & $\times$ \\",
+        r" & [$\mu$m] &  \\",
+        r"\midrule",
+        r"my\_law \& co & \textbf{$1.23\times10^{-5}$} & --- \\",
+        r"\textbf{b\textbar{}c} & 2 & $-$3.5 \\",
+        r"\bottomrule",
+        r"\end{tabular}",
+    ]
+
+
+def test_a_table_as_markdown_and_csv():
+    assert as_markdown(TABLE).splitlines() == [
+        "**100 % of #1**", "", r"| law | tip_error \[µm\] | × |", "| --- | ---: | ---: |",
+        "| my_law & co | **1.23e-05** | — |", r"| **b\|c** | 2 | -3.5 |", "", "a note",
+    ]  # fmt: skip
+    rows = list(csv.reader(io.StringIO(as_csv(TABLE))))
+    assert rows == [["law", "tip_error [µm]", "×"], ["my_law & co", "1.234e-05", ""], ["b|c", "2.0", "-3.5"]]
+    with pytest.raises(ParameterError, match=r"must end in .tex, .md or .csv"):
+        table_content(TABLE, Path("a.txt"))
+
+
+# --- runs over time
+
+
+@pytest.fixture(scope="module")
+def runs():
+    quick = {"duration": 0.6, "steady_from": 0.3}
+    return {"pd": simulate(Experiment(law="pd", **quick)), "mine": simulate(Experiment(law="slotine_li", **quick))}
+
+
+@pytest.mark.parametrize("width", WIDTHS.values())
+def test_the_picture_of_runs_over_time(runs, width):
+    made = runs_picture(runs, {"pd": "baseline", "mine": "user"}, width, bound=0.1)
+    with mpl.rc_context(STYLE):
+        assert [pair for pair in overlaps(made) if "a panel" not in pair] == []
+    tip, attitude, torque = made.axes
+    curves = {line.get_color(): line for line in tip.lines if len(line.get_xdata()) > 2}
+    assert set(curves) == {OWN, RIVALS[0]}
+    pd = runs["pd"]
+    error = 1e3 * np.linalg.norm(pd.tip - pd.desired_tip, axis=1)
+    drawn = curves[RIVALS[0]].get_ydata()
+    squares = np.sqrt(np.mean(np.square(drawn[len(drawn) // 2 :])))
+    assert squares == pytest.approx(np.sqrt(np.mean(np.square(error[len(error) // 2 :]))), rel=0.02)
+    assert 0.1 in [line.get_ydata()[0] for line in tip.lines if line.get_linestyle() == "--"]
+    assert [text.get_text() for text in made.legends[0].get_texts()] == ["pd", "mine", "bound"]
+    assert len(attitude.lines) == len(torque.lines) == 2
+    zoomed = runs_picture(runs, {"pd": "baseline", "mine": "user"}, width, window=(0.5, 0.55))
+    assert len(zoomed.axes[0].lines[0].get_xdata()) == 50  # every row
+
+
+def test_bins_keep_the_extremes_and_the_rms():
+    time, values = np.arange(1000) * 1e-3, np.random.default_rng(1).normal(size=1000)
+    edges = np.linspace(-5e-4, 0.9995, 11)
+    middle, low, rms, high = in_bins(time, values, edges)
+    assert middle == pytest.approx(np.arange(10) * 0.1 + 0.0495)
+    pieces = values.reshape(10, 100)
+    assert (low == pieces.min(axis=1)).all()
+    assert (high == pieces.max(axis=1)).all()
+    assert rms == pytest.approx(np.sqrt(np.mean(np.square(pieces), axis=1)))
+
+
+def test_wrist_plot_draws_recordings_and_laws_in_one_figure(runs, wrist):
+    record(runs["pd"], "a.rrd")
+    Path("my.py").write_text(
+        'from spherical_wrist.control import PD\n\nclass Mine(PD):\n    """A law."""\n', encoding="utf-8"
+    )
+    given = ["plot", "old=a.rrd", "a.rrd", "--law", "mine=my.py:Mine P=0.4", "--duration", "0.6"]
+    code, out, err = wrist(*given, "-o", "e.pdf", "-o", "e.pgf", "--width", "one-column", "--json")
+    assert (code, err) == (0, "")
+    told = json.loads(out)
+    assert [run["label"] for run in told["runs"]] == ["old", "pd", "mine"]
+    assert told["runs"][0]["metrics"] == dict(runs["pd"].metrics)
+    assert Path("e.pdf").read_bytes().startswith(b"%PDF")
+    assert "mine" in Path("e.pgf").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["-o", "a.pdf"], "there is nothing to draw"),
+        (["--law", "pd", "-o", "a.jpg"], "must end in"),
+        (["--law", "pd", "-o", "a.pdf", "--width", "2m"], "one-column, two-column"),
+        (["--law", "pd", "-o", "a.pdf", "--from", "2", "--to", "1"], "before the end"),
+        (["--law", "pd", "-o", "a.pdf", "--case", "frictoin"], "did you mean 'friction'"),
+        (["none.rrd", "-o", "a.pdf"], "none.rrd"),
+        (["e.toml", "-o", "a.pdf"], "laws with --law"),
+        (["--law", "pd"], "wrist plot --law pd -o errors.pdf"),
+    ],
+)
+def test_a_wrong_plot_is_one_line(wrist, arguments, said):
+    code, out, err = wrist("plot", *arguments)
+    assert (code, out) == (2, "")
+    assert said in err
+    assert not list(Path().iterdir())

@@ -3,7 +3,7 @@
 import csv
 import io
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -52,6 +52,15 @@ class ResultTable(NamedTuple):
     best: frozenset[tuple[int, int]] = frozenset()
     notes: Sequence[str] = ()
     own: frozenset[int] = frozenset()
+
+
+def smallest(rows: Sequence[Sequence[Cell]], columns: Iterable[int]) -> frozenset[tuple[int, int]]:
+    """Return the places (row, column) of the smallest numbers of some columns."""
+    found = set()
+    for column in columns:
+        values = {place: value for place, row in enumerate(rows) if isinstance(value := row[column], float)}
+        found |= {(place, column) for place, value in values.items() if value == min(values.values())}
+    return frozenset(found)
 
 
 def beside(left: ResultTable, right: ResultTable | None) -> ResultTable:

@@ -7,7 +7,7 @@ from typing import Any
 from matplotlib.figure import Figure
 
 from spherical_wrist.api.view import Content, View, as_json
-from spherical_wrist.comparison.picture import pareto_picture
+from spherical_wrist.comparison.picture import comparison_picture
 from spherical_wrist.comparison.report import CHATTERING, ERROR, TIP_ERROR, as_csv, as_markdown, to_dict
 from spherical_wrist.comparison.results import Comparison
 from spherical_wrist.measure.metrics import METRICS
@@ -22,7 +22,7 @@ MEANS = (
 
 
 class ComparisonView(View[Comparison]):
-    """View of a comparison: the ranking, error against chattering, and a row for each cell."""
+    """View of a comparison: the ranking, errors and chattering of each law, and a row for each cell."""
 
     keys = ("law", "case", "seed")
 
@@ -53,7 +53,7 @@ class ComparisonView(View[Comparison]):
 
     def figure(self) -> Figure:
         """Draw mean error against mean chattering."""
-        return pareto_picture(self.table)
+        return comparison_picture(self.table)
 
     def rows(self) -> list[dict[str, Any]]:
         """Return the cells, with their metrics as columns."""

@@ -14,6 +14,7 @@ GROUPS = {
         "run": "Simulate a closed loop, say how well it tracked, and record it.",
         "view": "Show a recording in the Rerun viewer, or take a picture of it.",
         "inspect": "Show what a recording holds, and check it; draw and export it.",
+        "plot": "Draw errors of several laws or recordings over time.",
         "diff": "Show how two runs differ, and where their series part.",
         "replay": "Simulate a recording again, and compare bit for bit.",
         "render": "Film a recorded run with MuJoCo; no screen is needed.",

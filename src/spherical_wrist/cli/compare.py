@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from pathlib import Path
 from typing import Annotated, Any
 
 from rich.table import Table
@@ -21,13 +20,17 @@ from spherical_wrist.cli.options import (
     Jobs,
     Json,
     Laws,
+    Plots,
     Seeds,
     Settings,
+    Tables,
+    Width,
     read_experiment,
     with_parameters,
 )
 from spherical_wrist.cli.progress import counting
-from spherical_wrist.cli.tables import Entry, fitted, json_bytes, number, print_json, printer, short, written_to
+from spherical_wrist.cli.results import ResultFiles, result_files, write_results
+from spherical_wrist.cli.tables import Entry, fitted, number, print_json, printer, short
 
 FEW = 40
 """Number of cells up to which every figure is printed without --full."""
@@ -55,6 +58,9 @@ def command(
     hardware: Hardware = None,
     set_: Settings = None,
     output: Folder = None,
+    plot: Plots = None,
+    table: Tables = None,
+    width: Width = None,
     record: Annotated[
         list[str] | None,
         Option(metavar="LAW:CASE", help="record this run to DIR, or those that match 'pd:*', or all; may be repeated"),
@@ -71,17 +77,20 @@ def command(
 
     A law is judged by attitude and tip error together, as a multiple of the best law's: by the median over the cases,
     and by its worst run. A lost run counts as infinite. Cases with something random are run with N seeds, from --seed
-    on, the others once. With -o: comparison.json, .csv, .md, and a picture of error against chattering.
+    on, the others once. With -o: comparison.json, .csv, .md, .tex, .png, .svg and .pdf.
 
     Exit code: 0 compared (runs may be lost), 2 wrong input, 130 stopped by Ctrl-C.
     """
     from spherical_wrist.cli.output import warn
     from spherical_wrist.comparison.cases import DEFAULT, read_cases, select
     from spherical_wrist.comparison.compare import SEEDS, compare
+    from spherical_wrist.comparison.comparison_table import comparison_table
     from spherical_wrist.comparison.law_selection import laws_from_texts
-    from spherical_wrist.comparison.report import to_dict
+    from spherical_wrist.comparison.picture import comparison_picture
+    from spherical_wrist.comparison.report import as_csv, as_markdown, to_dict
 
     tables, every = read_experiment(experiment, hardware, changes, set_)
+    files = result_files(output, plot, table, width)
     laws = laws_from_texts(law or [], tables, every)
     chosen = select(read_cases(cases) if cases else DEFAULT, case or [])
     with counting("comparing") as progress:
@@ -96,41 +105,38 @@ def command(
             jobs=jobs,
             progress=progress,
         )
-    table = to_dict(results, str(cases or "default"))
+    found = to_dict(results, str(cases or "default"))
     replaced = {each.name: names for each in chosen if (names := each.overridden(every))}
     if replaced:
-        table["warnings"].append(replaced_in_words(replaced))
-    if output is not None:
-        _write(table, output)
+        found["warnings"].append(replaced_in_words(replaced))
+    write_results(
+        files,
+        "comparison",
+        found,
+        lambda width: comparison_picture(found, width),
+        lambda: comparison_table(found),
+        lambda: {
+            "comparison.csv": as_csv(found).encode(),
+            "comparison.md": as_markdown(found, number).encode(),
+        },
+    )
     if json:
-        print_json(table)
+        print_json(found)
     else:
-        print_comparison(table, full=full, folder=output)
-    warn(table["warnings"])
+        print_comparison(found, full=full, files=files)
+    warn(found["warnings"])
 
 
-def _write(table: dict[str, Any], folder: Path) -> None:
-    from spherical_wrist.comparison.picture import pareto_picture
-    from spherical_wrist.comparison.report import as_csv, as_markdown
-    from spherical_wrist.files import write_together
-    from spherical_wrist.picture_file import folder_pictures
-
-    contents = folder_pictures(pareto_picture(table), "comparison")
-    contents["comparison.csv"] = as_csv(table).encode()
-    contents["comparison.md"] = as_markdown(table, number).encode()
-    table["files"] = sorted([*contents, "comparison.json"])
-    contents["comparison.json"] = json_bytes(table)
-    write_together({folder / name: content for name, content in contents.items()})
-
-
-def print_comparison(table: dict[str, Any], *, full: bool, folder: Path | None) -> None:
+def print_comparison(table: dict[str, Any], *, full: bool, files: ResultFiles) -> None:
     """Print the ranking, then the errors or every figure of the cells, and the runs that were lost.
 
     Args:
         table: comparison as :func:`spherical_wrist.comparison.report.to_dict` returns it.
         full: print every figure.
-        folder: folder that files were written to, if any.
+        files: files that were written.
     """
+    from spherical_wrist.comparison.law_selection import named_laws
+
     console = printer()
     console.print(_standings(table, console.width))
     console.print(Text(ABOUT, "dim"))
@@ -149,12 +155,12 @@ def print_comparison(table: dict[str, Any], *, full: bool, folder: Path | None) 
         console.print(Text(where, "red"), soft_wrap=True)
     if len(lost) > MOST_LOST and not full:
         console.print(Text(f"and {len(lost) - MOST_LOST} more lost runs: --full", "red"))
-    if folder is None:
+    for note in named_laws(table["laws"]):
+        console.print(Text(note, "dim"), soft_wrap=True)
+    if files.folder is None:
         console.print(Text("every figure: --full; files and the picture: -o DIR; commands that replay: --json", "dim"))
-    else:
-        recorded = sum(cell["recording"] is not None for cell in table["cells"])
-        more = f" and {recorded} recordings" if recorded else ""
-        console.print(written_to(folder, ", ".join(table["files"]) + more), soft_wrap=True)
+    recorded = sum(cell["recording"] is not None for cell in table["cells"])
+    files.say(", ".join(table["files"]) + (f" and {recorded} recordings" if recorded else ""))
 
 
 def replaced_in_words(replaced: Mapping[str, Sequence[str]]) -> str:

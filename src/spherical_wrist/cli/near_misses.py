@@ -18,7 +18,7 @@ OTHER_WORDS = {
     "wrist run": ("simulate", "sim", "start", "demo", "record", "exec"),
     "wrist view FILE.rrd": ("show", "open", "play", "watch", "viewer", "display", "screenshot"),
     "wrist inspect FILE.rrd": ("info", "summary", "describe", "check", "verify", "metrics", "cat"),
-    "wrist inspect FILE.rrd --plot OUT.png": ("plot", "draw", "figure", "graph", "picture"),
+    "wrist plot FILE.rrd -o OUT.pdf": ("draw", "figure", "graph", "picture", "curves"),
     "wrist inspect FILE.rrd --export OUT.csv": ("export", "convert", "csv", "dump"),
     "wrist render FILE.rrd": ("film", "video", "movie", "animate", "gif"),
     "wrist compare": ("benchmark", "bench", "rank", "ranking", "evaluate", "score"),

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from spherical_wrist.cli.tables import json_bytes, printer, written_to
+from spherical_wrist.picture_style import WIDTHS
 
 if TYPE_CHECKING:
     from spherical_wrist.result_table import ResultTable
@@ -22,10 +23,10 @@ class ResultFiles(NamedTuple):
         width: width of the pictures [in].
     """
 
-    folder: Path | None
-    plots: Sequence[Path]
-    tables: Sequence[Path]
-    width: float
+    folder: Path | None = None
+    plots: Sequence[Path] = ()
+    tables: Sequence[Path] = ()
+    width: float = WIDTHS["two-column"]
 
     @property
     def named(self) -> list[Path]:
@@ -51,7 +52,7 @@ def result_files(
     """
     from spherical_wrist.files import check_writable
     from spherical_wrist.picture_file import PICTURES, check_ending
-    from spherical_wrist.picture_style import WIDTHS, width_inches
+    from spherical_wrist.picture_style import width_inches
     from spherical_wrist.result_table import TABLES
 
     for files, kind, endings in ((plots, "picture", PICTURES), (tables, "table", TABLES)):
@@ -69,7 +70,7 @@ def write_results(
     table: dict[str, Any],
     draw: Callable[[float], Any],
     tabulate: Callable[[], ResultTable],
-    more: Mapping[str, bytes] | None = None,
+    more: Callable[[], Mapping[str, bytes]] = dict,
 ) -> None:
     """Write all files together, or none. The names of those in the folder are noted in the JSON object.
 
@@ -79,7 +80,7 @@ def write_results(
         table: JSON object of the results.
         draw: draws the picture at a width [in].
         tabulate: makes the table.
-        more: further files of the folder, by name; they replace others of that name.
+        more: makes further files of the folder, by name; they replace others of that name.
     """
     from spherical_wrist.files import write_together
     from spherical_wrist.picture_file import folder_pictures, picture_content
@@ -91,7 +92,7 @@ def write_results(
         inside = dict(folder_pictures(drawing, name))
         for ending in (".tex", ".md"):
             inside[name + ending] = table_content(tabulate(), Path(name + ending))
-        inside |= more or {}
+        inside |= more()
         table["files"] = sorted([*inside, f"{name}.json"])
         inside[f"{name}.json"] = json_bytes(table)
         contents |= {files.folder / file: content for file, content in inside.items()}

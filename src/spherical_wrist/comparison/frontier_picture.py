@@ -16,7 +16,7 @@ from spherical_wrist.comparison.law_rows import (
     LawRows,
     columns_that_fit,
     law_rows,
-    panel_width,
+    panel_widths,
     row_panels,
     rows_height,
 )
@@ -58,16 +58,17 @@ def frontier_picture(table: Mapping[str, Any], axes: Sequence[Axis], width: floa
     rows = law_rows({law["law"]: law["status"] for law in table["laws"]}, width)
     columns = columns_that_fit(rows, width, NARROWEST, min(len(axes), MOST))
     columns = -(-len(axes) // -(-len(axes) // columns))  # as many in the last line as in the others
+    shares = [1.0] * columns
     titles = [f"{axis.name} [{axis.shown[1]}]" for axis in axes]
     with mpl.rc_context(STYLE):
         handles = _legend(table, axes)
         side_by_side = _fitting(handles, width)
         head = HEAD + LINE * -(-len(handles) // side_by_side)
-        drawing = Figure(figsize=(width, head + rows_height(rows, titles, width, columns)))
-        panels = row_panels(drawing, rows, titles, head, columns)
+        drawing = Figure(figsize=(width, head + rows_height(rows, titles, width, shares)))
+        panels = row_panels(drawing, rows, titles, head, shares)
         for panel, axis in zip(panels, axes, strict=True):
             edges = {law["law"]: law["edges"][axis.name] for law in table["laws"]}
-            _panel(panel, axis, edges, rows, panel_width(rows, width, columns), table["bounds"])
+            _panel(panel, axis, edges, rows, panel_widths(rows, width, shares)[0], table["bounds"])
         drawing.legend(
             handles=handles, loc="upper right", ncols=side_by_side, fontsize=SMALL, borderpad=0.3, handletextpad=0.1,
             columnspacing=1.0, labelspacing=0.2, borderaxespad=0.3,

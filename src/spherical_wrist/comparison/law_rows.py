@@ -64,7 +64,7 @@ def _width(name: Sequence[str], look: LawLook) -> float:
 
 
 def row_panels(
-    drawing: Figure, rows: LawRows, titles: Sequence[str], top: float, columns: int, shares: Sequence[float] = ()
+    drawing: Figure, rows: LawRows, titles: Sequence[str], top: float, shares: Sequence[float]
 ) -> list[Axes]:
     """Add panels that share the rows, side by side, and below each other where there are more than columns.
 
@@ -73,22 +73,19 @@ def row_panels(
         rows: its rows.
         titles: title of each panel; broken into lines where it is too long.
         top: distance of the first titles from the top of the picture [in].
-        columns: number of panels side by side.
-        shares: relative widths of the columns; equal if there are none.
+        shares: relative widths of the columns.
     """
     width, height = drawing.get_size_inches()
     left = EDGE + rows.width + BESIDE
-    shares = shares or [1.0] * columns
-    unit = (width - left - 2.0 * EDGE - GAP * (columns - 1)) / sum(shares)
+    sizes = panel_widths(rows, width, shares)
     panels = []
-    for first in range(0, len(titles), columns):
-        group = titles[first : first + columns]
-        lines = [wrapped(title, TEXT, share * unit + 0.5 * GAP) for title, share in zip(group, shares, strict=False)]
+    for first in range(0, len(titles), len(shares)):
+        lines = _title_lines(titles[first : first + len(shares)], sizes)
         top += ABOVE + TITLE_LINE * max(map(len, lines)) + rows.height
         at = left
-        for place, (words, share) in enumerate(zip(lines, shares, strict=False)):
-            panel = drawing.add_axes((at / width, 1.0 - top / height, share * unit / width, rows.height / height))
-            at += share * unit + GAP
+        for place, (words, size) in enumerate(zip(lines, sizes, strict=False)):
+            panel = drawing.add_axes((at / width, 1.0 - top / height, size / width, rows.height / height))
+            at += size + GAP
             panel.set_title("\n".join(map(literal, words)), pad=4.0, fontsize=TEXT)
             _prepare(panel, rows, named=place == 0)
             panels.append(panel)
@@ -96,24 +93,27 @@ def row_panels(
     return panels
 
 
-def rows_height(rows: LawRows, titles: Sequence[str], width: float, columns: int) -> float:
+def rows_height(rows: LawRows, titles: Sequence[str], width: float, shares: Sequence[float]) -> float:
     """Return the height of all panels of :func:`row_panels`, with titles and axes [in]."""
-    unit = panel_width(rows, width, columns)
-    height = 0.0
-    for first in range(0, len(titles), columns):
-        lines = max(len(wrapped(title, TEXT, unit + 0.5 * GAP)) for title in titles[first : first + columns])
-        height += ABOVE + TITLE_LINE * lines + rows.height + BELOW
-    return height
+    sizes = panel_widths(rows, width, shares)
+    count = len(shares)
+    groups = [_title_lines(titles[first : first + count], sizes) for first in range(0, len(titles), count)]
+    return sum(ABOVE + TITLE_LINE * max(map(len, lines)) + rows.height + BELOW for lines in groups)
 
 
-def panel_width(rows: LawRows, width: float, columns: int) -> float:
-    """Return the width of equal panels side by side [in]."""
-    return (width - rows.width - BESIDE - 3.0 * EDGE - GAP * (columns - 1)) / columns
+def panel_widths(rows: LawRows, width: float, shares: Sequence[float]) -> list[float]:
+    """Return the widths of panels side by side [in]."""
+    room = width - rows.width - BESIDE - 3.0 * EDGE - GAP * (len(shares) - 1)
+    return [room * share / sum(shares) for share in shares]
 
 
 def columns_that_fit(rows: LawRows, width: float, least: float, most: int) -> int:
-    """Return the number of panels side by side that are at least so wide [in]; 1 or more."""
-    return next((count for count in range(most, 1, -1) if panel_width(rows, width, count) >= least), 1)
+    """Return the number of equal panels side by side that are at least so wide [in]; 1 or more."""
+    return next((count for count in range(most, 1, -1) if panel_widths(rows, width, [1.0] * count)[0] >= least), 1)
+
+
+def _title_lines(titles: Sequence[str], sizes: Sequence[float]) -> list[list[str]]:
+    return [wrapped(title, TEXT, size + 0.5 * GAP) for title, size in zip(titles, sizes, strict=False)]
 
 
 def _prepare(panel: Axes, rows: LawRows, *, named: bool) -> None:

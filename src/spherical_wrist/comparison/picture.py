@@ -1,134 +1,146 @@
-"""Picture of a comparison: error against chattering."""
+"""Picture of a comparison: a row for each law, with its errors relative to the best law, and its chattering."""
 
-from collections.abc import Mapping
-from typing import Any, NamedTuple
+from collections.abc import Mapping, Sequence
+from math import inf
+from typing import Any
 
 import matplotlib as mpl
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.ticker import MaxNLocator
 
-from spherical_wrist.colours import BLUE, GREY, VERMILION
-from spherical_wrist.comparison.report import CHATTERING, ERROR
-from spherical_wrist.measure.metrics import METRICS
-from spherical_wrist.picture_style import STYLE
-from spherical_wrist.plain_text import literal
+from spherical_wrist.colours import GREY
+from spherical_wrist.comparison.law_rows import LawRows, law_rows, one_column, panel_widths, row_panels, rows_height
+from spherical_wrist.comparison.report import CHATTERING
+from spherical_wrist.picture_axes import logarithmic, text_width
+from spherical_wrist.picture_style import SMALL, STYLE, WIDTHS
 
-FRONT, BEATEN, FAILED = BLUE, GREY, VERMILION
-LABEL_SIZE, GAP = 7.5, 0.055
-"""Font size of the labels beside a panel, and their smallest distance as a fraction of its height."""
+HEAD, LINE = 0.06, 0.15
+"""Height of the legend without its lines, and of each line [in]."""
+SHARES = (2.0, 1.2, 0.8)
+"""Relative widths of the panels."""
+ROOM = 0.08
+"""Part of an axis beyond the last figure, for the marks of lost runs."""
+CASE: dict[str, Any] = {"marker": ".", "markersize": 4.5, "markeredgewidth": 0.0, "alpha": 0.45, "linestyle": ""}
+MEDIAN: dict[str, Any] = {"marker": "o", "markersize": 4.0, "linestyle": ""}
+WORST: dict[str, Any] = {"marker": "|", "markersize": 6.0, "markeredgewidth": 1.2, "linestyle": ""}
+LOST: dict[str, Any] = {"marker": "x", "markersize": 4.0, "markeredgewidth": 1.1, "linestyle": ""}
+INTERVAL: dict[str, Any] = {"linewidth": 1.8, "solid_capstyle": "butt"}
 
 
-class Mark(NamedTuple):
-    """Marker of a law in a panel."""
+def comparison_picture(table: Mapping[str, Any], width: float = WIDTHS["two-column"]) -> Figure:
+    """Draw the laws in the order of their ranks, best on top.
 
-    x: float
-    y: float
-    text: str
-    colour: str
-
-
-def pareto_picture(table: Mapping[str, Any]) -> Figure:
-    """Draw mean error against mean chattering, one panel per group of cases, one marker per law.
+    The first panel has the combined error relative to the best law: of each case, its median with the interval, and the
+    worst of all runs. The second has the chattering relative to plain computed torque, as geometric mean and range over
+    the cases of the last group. The third, which a picture of one column leaves out, counts the cases within 5 % of the
+    best law, and those that were lost.
 
     Args:
         table: comparison as :func:`spherical_wrist.comparison.report.to_dict` returns it.
+        width: width of the picture [in].
     """
-    groups = list(table["laws"][0]["groups"])
+    rows = law_rows({law["law"]: law["status"] for law in table["laws"]}, width)
+    group = list(table["laws"][0]["groups"])[-1]
+    titles = [
+        "error [× best law]",
+        "chattering [× computed_torque]",
+        f"cases of {len(table['cases'])}: best or within 5 %",
+    ][: 2 if one_column(width) else 3]
+    shares = SHARES[: len(titles)]
+    sizes = panel_widths(rows, width, shares)
     with mpl.rc_context(STYLE):
-        drawing = Figure(figsize=(5.6 * len(groups), 4.8), layout="constrained")
-        panels = drawing.subplots(1, len(groups), squeeze=False, sharex=True, sharey=True)[0]
-        marks = [_panel(panel, table, group) for panel, group in zip(panels, groups, strict=True)]
-        panels[0].set_xlim(*_at_least(panels[0].get_xlim(), 0.5, 5.0))
-        drawing.draw_without_rendering()  # sets the final limits
-        for panel, shown in zip(panels, marks, strict=True):
-            if shown:
-                _label(panel, shown)
-        panels[0].set_ylabel(METRICS[ERROR].label_and_unit)
-        handles = _legend(any(row["lost"] for row in table["laws"]))
+        handles = _legend(table)
+        columns = max(1, int(width // (max(text_width(str(each.get_label()), SMALL) for each in handles) + 0.3)))
+        head = HEAD + LINE * -(-len(handles) // columns)
+        drawing = Figure(figsize=(width, head + rows_height(rows, titles, width, shares)))
+        error, chattering, *counts = row_panels(drawing, rows, titles, head, shares)
+        _errors(error, table, rows, sizes[0])
+        _chattering(chattering, table["laws"], group, rows, sizes[1])
+        for panel in counts:
+            _counts(panel, table["laws"], len(table["cases"]), rows)
         drawing.legend(
-            handles=handles, loc="outside lower center", ncols=1 if len(groups) == 1 else 4, fontsize=LABEL_SIZE
-        )
+            handles=handles, loc="upper right", ncols=min(columns, len(handles)), fontsize=SMALL, borderpad=0.3,
+            handlelength=1.2, handletextpad=0.4, columnspacing=1.0, labelspacing=0.2, borderaxespad=0.3,
+        )  # fmt: skip
     return drawing
 
 
-def _legend(failures: bool) -> list[Line2D]:
-    looks = [
-        ("o", FRONT, FRONT, "no law is better in both (Pareto front)"),
-        ("o", BEATEN, BEATEN, "another law is better in both"),
-        ("o", FAILED, "white", "lost on some cases"),
-        ("_", BEATEN, BEATEN, "mark: geometric mean over the cases; lines: their range"),
-    ]
-    return [
-        Line2D([], [], linestyle="", marker=marker, color=colour, markerfacecolor=fill, markersize=5, label=label)
-        for marker, colour, fill, label in looks
-        if failures or colour != FAILED
-    ]
+def _legend(table: Mapping[str, Any]) -> list[Line2D]:
+    """Return an entry for each kind of mark that is in the picture."""
+    cases = len(table["cases"])
+    entries = []
+    if cases > 1:
+        entries.append(Line2D([], [], color=GREY, label="a case", **{**CASE, "markersize": 6.0}))
+    bars = any(_interval(law)[0] < _interval(law)[1] for law in table["laws"])
+    line = {**MEDIAN, **INTERVAL, "linestyle": "-"} if bars else MEDIAN
+    words = "median" if cases > 1 else "the case"
+    entries.append(Line2D([], [], color=GREY, label=f"{words}, interval of 95 %" if bars else words, **line))
+    entries.append(Line2D([], [], color=GREY, label="worst run", **WORST))
+    if any(law["lost_runs"] for law in table["laws"]):
+        entries.append(Line2D([], [], color=GREY, label="a run was lost", **LOST))
+    return entries
 
 
-def _panel(panel: Axes, table: Mapping[str, Any], group: str) -> list[Mark]:
-    members = {case["case"] for case in table["cases"] if case["group"] == group}
-    shown = []
-    for row in table["laws"]:
-        figures = row["groups"][group]
-        if figures[ERROR] is None or figures[CHATTERING] is None:
+def _interval(law: Mapping[str, Any]) -> tuple[float, float]:
+    low, high = (inf if end is None else end for end in law["median_interval_95"])
+    return low, high
+
+
+def _errors(panel: Axes, table: Mapping[str, Any], rows: LawRows, length: float) -> None:
+    by_law: dict[str, list[float]] = {law["law"]: [] for law in table["laws"]}
+    for standing in table["standings"]:
+        if standing["ratio"] is not None:
+            by_law[standing["law"]].append(standing["ratio"])
+    worst = [law["worst_ratio"] for law in table["laws"] if law["worst_ratio"] is not None]
+    highest = max([1.0, *worst, *(ratio for ratios in by_law.values() for ratio in ratios)]) * 1.05
+    lowest, edge = _ends(1.0 / 1.05, highest)
+    logarithmic(panel.xaxis, lowest, edge, length)
+    panel.axvline(1.0, color=GREY, linewidth=0.6, zorder=1)
+    for law in table["laws"]:
+        look, place = rows.looks[law["law"]], rows.places[law["law"]]
+        given: dict[str, Any] = {"color": look.colour, "zorder": look.order}
+        ratios = by_law[law["law"]]
+        if len(table["cases"]) > 1:
+            panel.plot(ratios, [place] * len(ratios), **given, **CASE)
+        low, high = (min(end, edge) for end in _interval(law))
+        panel.plot([low, high], [place, place], **{**given, **INTERVAL})
+        if law["median_ratio"] is not None:
+            panel.plot(law["median_ratio"], place, **given, **MEDIAN)
+        if law["worst_ratio"] is not None:
+            panel.plot(law["worst_ratio"], place, **given, **WORST)
+        if law["lost_runs"]:
+            panel.plot(edge, place, clip_on=False, **given, **LOST)
+
+
+def _chattering(panel: Axes, laws: Sequence[Mapping[str, Any]], group: str, rows: LawRows, length: float) -> None:
+    spreads = {law["law"]: law["groups"][group][CHATTERING] for law in laws}
+    found = [spread for spread in spreads.values() if spread is not None]
+    lowest = min([1.0, *(spread["smallest"] for spread in found)])
+    highest = max([1.5, *(spread["largest"] for spread in found)])
+    logarithmic(panel.xaxis, *_ends(lowest, highest), length)
+    panel.axvline(1.0, color=GREY, linewidth=0.6, zorder=1)
+    for label, spread in spreads.items():
+        if spread is None:
             continue
-        failed = len(members & set(row["lost"]))
-        colour = FAILED if failed else FRONT if figures["on_pareto_front"] else BEATEN
-        x, y, top = figures[CHATTERING]["mean"], figures[ERROR]["mean"], 4 if colour == FRONT else 3
-        for figure, draw, other in ((ERROR, panel.vlines, x), (CHATTERING, panel.hlines, y)):
-            draw(
-                other, figures[figure]["smallest"], figures[figure]["largest"], color=colour, alpha=0.35, linewidth=0.8
-            )
-        panel.plot(x, y, "o", color=colour, markersize=5, markerfacecolor="white" if failed else colour, zorder=top)
-        note = f" (lost on {failed})" if failed else ""
-        shown.append(Mark(x, y, literal(row["law"].replace("_", " ")) + note, colour))
-    front = sorted((x, y) for x, y, _, colour in shown if colour == FRONT)
-    if front:
-        panel.plot(*zip(*front, strict=True), color=FRONT, drawstyle="steps-post", linewidth=1.0, zorder=2)
-    panel.set(xscale="log", yscale="log", xlabel="chattering [× plain computed torque]")
-    panel.set_title(f"{literal(group)}: {len(members)} case{'s' * (len(members) > 1)}")
-    panel.tick_params(labelleft=True)
-    panel.xaxis.set_major_formatter("{x:g}")
-    return shown
+        look, place = rows.looks[label], rows.places[label]
+        given: dict[str, Any] = {"color": look.colour, "zorder": look.order}
+        panel.plot([spread["smallest"], spread["largest"]], [place, place], linewidth=0.9, **given)
+        panel.plot(spread["mean"], place, **given, **MEDIAN)
 
 
-def _label(panel: Axes, shown: list[Mark]) -> None:
-    """Draw labels in a column right of the panel, in the order of the markers, without overlap."""
-    upright = panel.transData + panel.transAxes.inverted()
-    marks = sorted(shown, key=lambda mark: (mark.y, -mark.x))
-    places = spread_apart([float(upright.transform((mark.x, mark.y))[1]) for mark in marks], min(GAP, 1.0 / len(marks)))
-    for place, mark in zip(places, marks, strict=True):
-        line = {"arrowstyle": "-", "color": mark.colour, "alpha": 0.4, "linewidth": 0.6, "shrinkA": 0.0, "shrinkB": 3.0}
-        panel.annotate(
-            mark.text,
-            (mark.x, mark.y),
-            xytext=(1.03, place),
-            textcoords="axes fraction",
-            color=mark.colour,
-            fontsize=LABEL_SIZE,
-            va="center",
-            arrowprops={**line, "relpos": (0.0, 0.5)},
-        )
+def _counts(panel: Axes, laws: Sequence[Mapping[str, Any]], cases: int, rows: LawRows) -> None:
+    for law in laws:
+        look, place, close = rows.looks[law["law"]], rows.places[law["law"]], law["within_5_percent"]
+        panel.plot([0, close], [place, place], color=look.colour, linewidth=1.1, solid_capstyle="butt")
+        panel.plot(close, place, color=look.colour, zorder=look.order, clip_on=False, **MEDIAN)
+        if law["lost"]:
+            panel.plot(len(law["lost"]), place, color=look.colour, zorder=look.order, clip_on=False, **LOST)
+    panel.set_xlim(0, max(cases, 1))
+    panel.xaxis.set_major_locator(MaxNLocator(4, integer=True))
 
 
-def _at_least(limits: tuple[float, float], low: float, high: float) -> tuple[float, float]:
-    return min(limits[0], low), max(limits[1], high)
-
-
-def spread_apart(wanted: list[float], gap: float) -> list[float]:
-    """Find places in [0, 1], closest to ascending wanted ones, with at least ``gap`` between neighbours.
-
-    Least squares under these constraints by the pool-adjacent-violators algorithm: neighbours that are too close form a
-    block, which is centred at the mean of its members' wanted places.
-    """
-    blocks: list[list[float]] = []  # sum of (wanted − offset in the block), and number of members
-    for index, place in enumerate(wanted):
-        blocks.append([place - gap * index, 1.0])
-        while len(blocks) > 1 and blocks[-2][0] / blocks[-2][1] > blocks[-1][0] / blocks[-1][1]:
-            total, count = blocks.pop()
-            blocks[-1][0] += total
-            blocks[-1][1] += count
-    highest = 1.0 - gap * (len(wanted) - 1)
-    starts = [min(max(total / count, 0.0), highest) for total, count in blocks for _ in range(int(count))]
-    return [start + gap * index for index, start in enumerate(starts)]
+def _ends(low: float, high: float) -> tuple[float, float]:
+    """Return the ends of a logarithmic axis with some room beyond its figures."""
+    return low / (high / low) ** (0.5 * ROOM), high * (high / low) ** ROOM

@@ -7,9 +7,9 @@ The keys of the JSON object are stable:
 ``laws``         best first: ``law`` (label), ``rank``, ``median_ratio`` (over the cases), ``median_interval_95``
                  (``[low, high]``), ``worst_ratio``, ``worst_case``, ``worst_seed``, ``wins`` and ``within_5_percent``
                  (numbers of cases; those within 5 % of the best law include the wins), ``lost`` (names of cases),
-                 ``lost_runs``, ``runs``, ``name``, ``parameters``, ``groups`` (by group: ``rms_error_rad``,
-                 ``rms_tip_error_mm`` and ``chattering_ratio`` as ``smallest``, ``mean`` (geometric), ``largest`` over
-                 the group's runs, and ``on_pareto_front``)
+                 ``lost_runs``, ``runs``, ``name``, ``status``, ``option`` (value of ``--law`` that makes it again),
+                 ``parameters``, ``groups`` (by group: ``rms_error_rad``, ``rms_tip_error_mm`` and ``chattering_ratio``
+                 as ``smallest``, ``mean`` (geometric), ``largest`` over the group's runs, and ``on_pareto_front``)
 ``cases``        in their order: ``case`` (name), ``meaning``, ``discriminates``, ``judged_by`` (two names of metrics),
                  ``group``, ``changes``, ``seeds`` (list), ``random`` (false: nothing depends on the seed), ``winner``,
                  ``runner_up``, ``runner_up_ratio``, ``within_5_percent`` (labels, best first), ``lost_by`` (labels),
@@ -43,6 +43,7 @@ from typing import Any
 from pydantic_core import to_jsonable_python
 
 from spherical_wrist.comparison.cases import Case
+from spherical_wrist.comparison.law_selection import law_option
 from spherical_wrist.comparison.ranking import pareto_front
 from spherical_wrist.comparison.results import CaseStanding, Cell, Comparison, Spread, Standing
 from spherical_wrist.errors import ParameterError
@@ -78,6 +79,8 @@ def to_dict(comparison: Comparison, suite: str) -> dict[str, Any]:
         {
             **_standing(row),
             "name": comparison.laws[row.law].name,
+            "status": comparison.laws[row.law].status,
+            "option": law_option(row.law, comparison.laws[row.law]),
             "parameters": _parameters(comparison.laws[row.law].model_dump(mode="json")),
             "groups": {
                 group: {
@@ -237,7 +240,7 @@ def as_markdown(table: Mapping[str, Any], number: Any) -> str:
         table: result of :func:`to_dict`.
         number: function that formats a number.
     """
-    lines = ["# Laws compared", "", "![Error against chattering](comparison.png)", ""]
+    lines = ["# Laws compared", "", "![Errors relative to the best law, and chattering](comparison.png)", ""]
     lines += _markdown_ranking(table, number) + _markdown_winners(table, number)
     for case in table["cases"]:
         lines += _markdown_case(table, case, number)

@@ -13,7 +13,7 @@ from spherical_wrist.comparison.law_rows import (
     columns_that_fit,
     law_rows,
     one_column,
-    panel_width,
+    panel_widths,
     row_panels,
     rows_height,
 )
@@ -48,11 +48,12 @@ def margins_picture(table: Mapping[str, Any], width: float = WIDTHS["two-column"
     laws = sorted((law for law in table["laws"] if law["stable"]), key=lambda law: law["worst_tip_error_mm"])
     rows = law_rows({law["law"]: law["status"] for law in laws}, width, lines=True)
     columns = columns_that_fit(rows, width, NARROWEST, len(SHOWN))
+    shares = [1.0] * columns
     titles = [title for *_, title in SHOWN]
     lines = 2 if one_column(width) else 1
     top = lines * (TOP + BODE + BELOW)
     with mpl.rc_context(STYLE):
-        drawing = Figure(figsize=(width, top + rows_height(rows, titles, width, columns)))
+        drawing = Figure(figsize=(width, top + rows_height(rows, titles, width, shares)))
         sensitivity, tip = _over_frequency(drawing, lines)
         for law in laws:
             response, look = law["response"], rows.looks[law["law"]].line
@@ -66,9 +67,9 @@ def margins_picture(table: Mapping[str, Any], width: float = WIDTHS["two-column"
             f"Ms = {CLAIMED:g}", (0.015, CLAIMED), xycoords=("axes fraction", "data"), xytext=(0, 2),
             textcoords="offset points", fontsize=SMALL, color=GREY,
         )  # fmt: skip
-        for (key, factor, _), panel in zip(SHOWN, row_panels(drawing, rows, titles, top, columns), strict=True):
+        for (key, factor, _), panel in zip(SHOWN, row_panels(drawing, rows, titles, top, shares), strict=True):
             figures = {law["law"]: None if law[key] is None else factor * law[key] for law in laws}
-            _figures(panel, rows, figures, panel_width(rows, width, columns))
+            _figures(panel, rows, figures, panel_widths(rows, width, shares)[0])
             if key == "max_sensitivity":
                 panel.axvline(CLAIMED, color=GREY, linewidth=0.8, linestyle="--", zorder=1)
     return drawing
@@ -91,7 +92,7 @@ def _finish(panel: Axes, laws: list[Mapping[str, Any]], key: str, length: float)
     largest = max((max(law["response"][key]) for law in laws), default=1.0)
     if key == "sensitivity":
         panel.set_title("sensitivity to torques at the input")
-        low, high = 1e-3, 1.4 * max(largest, CLAIMED)
+        low, high = 1e-3, 2.2 * max(largest, CLAIMED)
     else:
         panel.set_title("tip displacement by torques [mm/(N·m)]")
         low, high = 1e-4 * largest, 1.6 * largest
