@@ -728,6 +728,7 @@ def test_json_has_the_promised_keys_and_its_commands_replay_it(wrist):
         "laws",
         "cases",
         "standings",
+        "bound_mm",
         "cells",
         "warnings",
         "versions",
@@ -742,7 +743,8 @@ def test_json_has_the_promised_keys_and_its_commands_replay_it(wrist):
     for cell in given["cells"]:
         assert "payload" in cell["command"]
         code, out, _ = wrist(*shlex.split(cell["command"])[1:], "--no-recording", "--json")
-        assert json.loads(out)["metrics"] == cell["metrics"]
+        told = json.loads(out)
+        assert (told["metrics"], told["within_bound"]) == (cell["metrics"], cell["within_bound"])
     best = [row["law"] for row in given["standings"] if row["rank"] == 1 and row["case"] == "failed-coil"]
     assert [given["cases"][1]["ranking"][0]] == [given["cases"][1]["winner"]] == best
 

@@ -138,6 +138,7 @@ def print_comparison(table: dict[str, Any], *, full: bool, files: ResultFiles) -
     from spherical_wrist.comparison.law_selection import named_laws
 
     console = printer()
+    console.print(Text(_verdict(table), "bold"))
     console.print(_standings(table, console.width))
     console.print(Text(ABOUT, "dim"))
     console.print()
@@ -161,6 +162,17 @@ def print_comparison(table: dict[str, Any], *, full: bool, files: ResultFiles) -
         console.print(Text("every figure: --full; files and the picture: -o DIR; commands that replay: --json", "dim"))
     recorded = sum(cell["recording"] is not None for cell in table["cells"])
     files.say(", ".join(table["files"]) + (f" and {recorded} recordings" if recorded else ""))
+
+
+def _verdict(table: Mapping[str, Any]) -> str:
+    """Return on how many runs the first law keeps the tip within the bound, and which laws do on all."""
+    kept: dict[str, list[bool]] = {}
+    for cell in table["cells"]:
+        kept.setdefault(cell["law"], []).append(cell["within_bound"])
+    bound = "the bound of each case" if table["bound_mm"] is None else f"{table['bound_mm']:g} mm"
+    first, always = table["laws"][0]["law"], [law for law, runs in kept.items() if all(runs)]
+    said = f"{first} is first: within {bound} in {sum(kept[first])} of {len(kept[first])} runs"
+    return said if len(kept) == 1 else f"{said}; in all of them: {', '.join(always) or 'no law'}"
 
 
 def replaced_in_words(replaced: Mapping[str, Sequence[str]]) -> str:

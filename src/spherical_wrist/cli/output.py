@@ -127,7 +127,7 @@ def metrics_table(columns: Mapping[str, Metrics], width: int) -> Table:
         pad_edge=False,
         header_style="dim",
         show_header=len(columns) > 1,
-        caption=None if noted else Text("what each figure is: wrist list"),
+        caption=None if noted else Text("what each figure is: wrist list metrics"),
         caption_style="dim",
         caption_justify="left",
     )

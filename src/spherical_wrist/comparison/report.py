@@ -16,10 +16,11 @@ The keys of the JSON object are stable:
                  ``ranking`` (labels, best first)
 ``standings``    law by law, case by case, over the seeds: ``law``, ``case``, ``rank``, ``ratio``, ``ratio_range``
                  (``[smallest, largest]`` over the seeds), ``attitude_ratio``, ``tip_ratio``, ``lost_seeds``
-``cells``        every run, law by law, case by case, seed by seed: ``law``, ``case``, ``seed``, ``outcome``,
-                 ``ended_at_s``, ``reason``, ``metrics``, ``ratio`` (to the best law of this case and seed),
-                 ``chattering_ratio`` (to plain computed torque, likewise), ``command`` (replays this run alone, to the
-                 last bit), ``recording``
+``bound_mm``     bound on the tip error; null if that of the cases differs
+``cells``        every run, law by law, case by case, seed by seed: ``law``, ``case``, ``seed``, ``within_bound``
+                 (the tip error keeps to the bound), ``outcome``, ``ended_at_s``, ``reason``, ``metrics``, ``ratio``
+                 (to the best law of this case and seed), ``chattering_ratio`` (to plain computed torque, likewise),
+                 ``command`` (replays this run alone, to the last bit), ``recording``
 ``warnings``     sentences about what makes the figures of completed runs doubtful; see
                  :mod:`spherical_wrist.measure.warnings`
 ``versions``     of the packages and the platform
@@ -102,12 +103,18 @@ def to_dict(comparison: Comparison, suite: str) -> dict[str, Any]:
             for row in comparison.standings()
             for case in comparison.cases
         ],
+        "bound_mm": _bound(comparison),
         "cells": cells(comparison),
         "warnings": _warnings(comparison),
         "versions": versions(),
         "files": [],
         "wall_time_s": comparison.wall_time,
     }
+
+
+def _bound(comparison: Comparison) -> float | None:
+    bounds = {cell.experiment.bound for cell in comparison.cells.values()}
+    return bounds.pop() if len(bounds) == 1 else None
 
 
 def _standing(row: Standing) -> dict[str, Any]:
@@ -185,6 +192,7 @@ def cells(comparison: Comparison) -> list[dict[str, Any]]:
             "law": cell.law,
             "case": cell.case,
             "seed": cell.seed,
+            "within_bound": cell.within,
             "outcome": str(cell.outcome.status),
             "ended_at_s": cell.outcome.time,
             "reason": cell.outcome.reason,

@@ -56,6 +56,12 @@ class Cell(NamedTuple):
         """True if the run did not complete, or ended before there was anything to measure."""
         return self.outcome.status is not Status.COMPLETED or self.metrics.rms_error_rad is None
 
+    @property
+    def within(self) -> bool:
+        """True if the run completed with its tip error within the bound of its experiment."""
+        largest = self.error("max_tip_error_mm")
+        return largest is not None and largest <= self.experiment.bound
+
     def error(self, figure: str) -> float | None:
         """Return an error by the name of its metric; None if the run was lost."""
         return None if self.lost else self.metrics[figure]
