@@ -242,7 +242,8 @@ def test_a_table_as_markdown_and_csv():
 @pytest.fixture(scope="module")
 def runs():
     quick = {"duration": 0.6, "steady_from": 0.3}
-    return {"pd": simulate(Experiment(law="pd", **quick)), "mine": simulate(Experiment(law="slotine_li", **quick))}
+    laws = {"pd": "pd", "mine": {"name": "pd", "P": 0.5}}
+    return {label: simulate(Experiment(law=law, **quick)) for label, law in laws.items()}
 
 
 @pytest.mark.parametrize("width", WIDTHS.values())

@@ -13,7 +13,7 @@ from rich.text import Text
 from typer import Argument, Option
 
 from spherical_wrist.cli import completion
-from spherical_wrist.cli.options import Json, Plots
+from spherical_wrist.cli.options import Json, Plots, Width
 from spherical_wrist.cli.tables import Entry, fitted, number, print_json, printer
 from spherical_wrist.errors import ParameterError
 
@@ -38,6 +38,7 @@ def command(
         ),
     ] = 0.0,
     plot: Plots = None,
+    width: Width = None,
     json: Json = False,
 ) -> int:
     """Series are compared over the instants that both have: a thinned recording fits a full one, a short a long one.
@@ -54,11 +55,13 @@ def command(
     from spherical_wrist.files import check_writable, note_input, write_together
     from spherical_wrist.inspection.run_difference import run_difference, to_dict
     from spherical_wrist.picture_file import PICTURES, check_ending
+    from spherical_wrist.picture_style import WIDTHS, width_inches
     from spherical_wrist.recording.runs import load_recording
 
     plots = plot or []
     if not 0.0 <= tolerance < inf:
         raise ParameterError(f"--tolerance {tolerance:g}: a number of 0 or more is needed, such as 1e-9")
+    inches = WIDTHS["two-column"] if width is None else width_inches(width)
     for recording in (a, b):
         note_input(recording)
     for file in plots:
@@ -70,7 +73,7 @@ def command(
         from spherical_wrist.inspection.difference_picture import difference_picture
         from spherical_wrist.picture_file import picture_content
 
-        drawing = difference_picture(*runs, difference.series, (a.name, b.name))
+        drawing = difference_picture(*runs, difference.series, (a.name, b.name), inches)
         write_together({file: picture_content(drawing, file) for file in plots}, "picture")
     if json:
         print_json({"a": str(a), "b": str(b), "plots": [str(file) for file in plots], **to_dict(difference)})
