@@ -2,16 +2,20 @@
 
 import json
 import re
+from io import StringIO
 from pathlib import Path
 
 import pytest
 import typer
+from rich.console import Console
+from rich.markdown import Markdown
 
 from rigs import one_line
 from spherical_wrist.cli.app import COMMANDS, GROUPS, _imported, app
 from spherical_wrist.cli.list import kinds
 from spherical_wrist.control import Law
 from spherical_wrist.experiment.description import PARTS, Experiment
+from spherical_wrist.guides import NAMES, read_guide
 
 SHARED = ("--model", "--reference", "--hardware", "--set", "--duration", "--seed")
 OWN_EXPERIMENT = {
@@ -253,3 +257,18 @@ def test_the_paper_s_law_is_described_for_people(wrist):
     for word in ("paper", "law.K", "1/s", "source", "fuzzy_sliding_computed_torque.py", "wrist run --law"):
         assert word in out
     assert max(map(len, out.splitlines())) <= 80
+
+
+# --- guides
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_code_in_a_guide_copies_whole_from_eighty_columns(name):
+    """Each line of code is one line of the rendered guide, so that no break is copied with it."""
+    text = read_guide(name).text
+    page = StringIO()
+    Console(width=80, file=page).print(Markdown(text))
+    shown = page.getvalue().splitlines()
+    blocks = re.findall(r"^```\w*\n(.*?)^```", text, re.DOTALL | re.MULTILINE)
+    lines = [line for block in blocks for line in block.splitlines() if line.strip()]
+    assert [line for line in lines if not any(line in each for each in shown)] == []
