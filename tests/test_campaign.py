@@ -31,6 +31,7 @@ from spherical_wrist.campaign import batch as batches
 from spherical_wrist.campaign.batch import run_episodes
 from spherical_wrist.campaign.cluster import Cluster
 from spherical_wrist.campaign.description import Campaign
+from spherical_wrist.campaign.digest import digests_of
 from spherical_wrist.campaign.errors import CampaignError
 from spherical_wrist.campaign.folder import Folder, batch_size, campaign_lock
 from spherical_wrist.campaign.replay import replay
@@ -40,6 +41,7 @@ from spherical_wrist.campaign.sweep import Listener, read_campaign, resume, swee
 from spherical_wrist.errors import RecordingError
 from spherical_wrist.measure.metrics import METRICS
 from spherical_wrist.prepare.cache import RunCache
+from spherical_wrist.wrist import default_model
 
 TEXT = """
 laws = ["pd", "fuzzy_sliding_computed_torque", { name = "computed_torque", Kp = 1000 }]
@@ -291,7 +293,7 @@ def test_outcomes_are_kept_apart(tmp_path):
     told = {law["law"]: law for law in summary(folder.episodes())}
     outcomes = ("episodes", "completed", "diverged", "failed", "invalid")
     assert [told["pd"][name] for name in outcomes] == [2, 1, 1, 0, 0]
-    assert sum(told[f"{tmp_path}/mine.py:Pushy"][name] for name in outcomes[1:]) == 2
+    assert sum(told[f"{tmp_path.name}/mine.py:Pushy"][name] for name in outcomes[1:]) == 2
 
 
 def test_an_episode_that_turns_out_not_to_be_valid_is_stored_with_its_reason(tmp_path):
@@ -390,6 +392,65 @@ def test_a_changed_campaign_is_not_resumed(copy, wrist, tmp_path):
     assert (code, "has changed" in err) == (2, True)
     file.write_text(TEXT)
     assert wrist("sweep", copy.path, "--resume")[0] == 0
+
+
+LAW = (
+    "from spherical_wrist.control import Law\n\n\nclass Mine(Law):\n    @staticmethod\n"
+    "    def step(signal, parameters, state, command):\n        for i in range(3):\n"
+    "            command.torque[i] = 0.1 * signal.error[i]\n        if signal.time > 0.009:\n"
+    "            command.torque[0] = float('nan')\n"
+)
+MOVED = """
+laws = ["{here}/mine.py:Mine", "pd"]
+design = "grid"
+batch = 1
+[experiment]
+duration = 0.02
+[vary]
+model = ["{here}/a/wrist.xml", "{here}/b/wrist.xml"]
+"""
+
+
+def test_a_campaign_moves_with_the_files_that_it_names(tmp_path, wrist):
+    """No file that it writes names a folder of the machine, and all commands go on elsewhere."""
+    here, there = tmp_path / "sender", tmp_path / "moved" / "to"
+    for name in "ab":
+        (here / name).mkdir(parents=True)
+        shutil.copy(default_model(), here / name / "wrist.xml")
+    (here / "mine.py").write_text(LAW)
+    folder = swept(here / "c", MOVED.format(here=here))
+    before = rows(folder)
+    assert {row["model"] for row in before} == {"a/wrist.xml", "b/wrist.xml"}
+    assert {row["law"] for row in before} == {"sender/mine.py:Mine", "pd"}
+    tables = [str(parquet.read_table(file).to_pylist()) for file in sorted((folder.path / "episodes").iterdir())]
+    assert [text for text in [*tables, (folder.path / "campaign.json").read_text()] if str(here) in text] == []
+    there.parent.mkdir()
+    here.rename(there)
+    moved = Folder.open(there / "c", trust=True)
+    assert rows(moved) == before
+    (moved.path / "episodes" / moved.files.batch(1).file).unlink()
+    code, _, err = wrist("sweep", there / "c", "--resume", "--trust", "--workers", "0", "--threads", "1")
+    assert code == 0, err
+    assert rows(moved) == before
+    assert wrist("sweep", there / "c", "--replay", "0", "-o", "0.rrd", "--trust")[0] == 1  # failed, as it had
+    code, out, _ = wrist("report", there / "c", "--json")
+    told = json.loads(out)
+    del told["campaign"]["file"]  # as it was given
+    assert (code, str(here) in json.dumps(told)) == (0, False)
+
+
+def test_a_folder_of_an_older_version_with_absolute_paths_goes_on(tmp_path, wrist):
+    (tmp_path / "mine.py").write_text(LAW)
+    text = f'laws = ["{tmp_path}/mine.py:Mine"]\nsamples = 2\n[experiment]\nduration = 0.02\n'
+    folder = swept(tmp_path / "c", text)
+    described = json.loads((folder.path / "campaign.json").read_text())
+    older = digests_of(folder.campaign)[1]
+    described |= {"campaign": json.loads(folder.campaign.to_json()), "digest": older}
+    (folder.path / "campaign.json").write_text(json.dumps(described))
+    for file in (folder.path / "episodes").iterdir():
+        file.unlink()  # their digest is that of this version
+    assert wrist("sweep", folder.path, "--resume", "--trust", "--workers", "0", "--threads", "1")[0] == 0
+    assert wrist("sweep", folder.path)[0] == 0
 
 
 def test_an_edited_law_is_not_resumed(tmp_path, wrist):

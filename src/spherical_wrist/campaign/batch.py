@@ -8,11 +8,13 @@ from typing import Any, NamedTuple
 
 from spherical_wrist.campaign.cluster import closing
 from spherical_wrist.campaign.description import Campaign
-from spherical_wrist.campaign.digest import digest_of, version_differences
+from spherical_wrist.campaign.digest import digests_of, version_differences
 from spherical_wrist.campaign.episode import Episode
 from spherical_wrist.campaign.errors import CampaignError
+from spherical_wrist.campaign.portable import without_folders
 from spherical_wrist.campaign.store import Batch, encode_rows
 from spherical_wrist.errors import LawError, WristError, one_line
+from spherical_wrist.experiment.embedded_files import text_without_folders
 from spherical_wrist.loop.outcome import Status, StoppedError
 from spherical_wrist.measure.metrics import METRICS
 from spherical_wrist.prepare.cache import SLOTS, CachePool, RunCache
@@ -77,7 +79,7 @@ def run_episodes(
 
 def _row(episode: Episode, result: RolloutResult | Exception) -> dict[str, Any]:
     row: dict[str, Any] = {"id": episode.id, "sample": episode.sample, "law": episode.law, "seed": episode.seed}
-    row |= {name: value for name, value in episode.values.items() if name != "seed"}
+    row |= {name: without_folders(value) for name, value in episode.values.items() if name != "seed"}
     if isinstance(result, RolloutResult):
         outcome = result.outcome
         return row | _ended(str(outcome.status), outcome.time, outcome.reason) | dict(result.metrics)
@@ -88,7 +90,7 @@ def _row(episode: Episode, result: RolloutResult | Exception) -> dict[str, Any]:
 
 
 def _ended(outcome: str, time: float, reason: str) -> dict[str, Any]:
-    return {"outcome": outcome, "ended_at_s": time, "reason": reason, **dict.fromkeys(METRICS)}
+    return {"outcome": outcome, "ended_at_s": time, "reason": text_without_folders(reason), **dict.fromkeys(METRICS)}
 
 
 class WorkerCampaign(NamedTuple):
@@ -115,6 +117,6 @@ def _prepared(text: str, digest: str) -> WorkerCampaign:
 @lru_cache(maxsize=1)
 def _prepare(text: str, digest: str) -> WorkerCampaign:
     campaign = Campaign.from_json(text)
-    if digest_of(campaign) != digest:
+    if digest not in digests_of(campaign):
         raise CampaignError("the files of a law, a model or a motion are not those of the command")
     return WorkerCampaign(campaign, CachePool(ARRAYS))

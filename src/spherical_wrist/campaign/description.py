@@ -42,6 +42,7 @@ from pydantic import BeforeValidator, Field, model_validator
 from spherical_wrist.campaign.design import SOBOL_BITS, DesignName, draw, episode_seed, grid_size
 from spherical_wrist.campaign.distribution import Distribution, distribution
 from spherical_wrist.campaign.episode import AXES, Episode, changed
+from spherical_wrist.campaign.portable import without_folders
 from spherical_wrist.errors import ParameterError, WristError
 from spherical_wrist.experiment.description import Experiment, read_toml, with_changes
 from spherical_wrist.parameters import Member, Parameters, quantity
@@ -66,9 +67,9 @@ def _labelled(given: Any) -> Any:
 
 def _label(law: Any) -> str:
     if not isinstance(law, Mapping):
-        return str(law)
+        return str(without_folders(str(law)))
     parameters = (f"{name}={value}" for name, value in law.items() if name != "name")
-    return " ".join([str(law.get("name", "")), *parameters]).strip()
+    return " ".join([str(without_folders(str(law.get("name", "")))), *parameters]).strip()
 
 
 class Campaign(Parameters):

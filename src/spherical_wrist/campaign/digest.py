@@ -1,12 +1,14 @@
 """Digests of all that decides a result besides its parameters: versions, code, and the files that a campaign names."""
 
 import hashlib
+import json
 from collections.abc import Iterator, Mapping
 from functools import lru_cache
 from pathlib import Path
 
 from spherical_wrist.campaign.description import Campaign
 from spherical_wrist.campaign.episode import changed
+from spherical_wrist.campaign.portable import without_folders
 from spherical_wrist.experiment.description import Experiment
 from spherical_wrist.parameters import paths_of
 from spherical_wrist.simulation.run import versions
@@ -38,20 +40,37 @@ def version_differences(expected: Mapping[str, str]) -> str:
 def digest_of(campaign: Campaign) -> str:
     """Compute the digest of a resolved campaign, and of the laws, models and motions in the files that it names.
 
+    It does not depend on the folder that they are in.
+
     Raises:
         WristError: one of the files is missing or not valid.
     """
-    digest = hashlib.sha256(campaign.to_json().encode())
+    return digests_of(campaign)[0]
+
+
+def digests_of(campaign: Campaign) -> tuple[str, str]:
+    """Compute :func:`digest_of`, and the same as older versions did, with absolute paths.
+
+    Raises:
+        WristError: one of the files is missing or not valid.
+    """
+    contents = b"".join(_contents(campaign))
+    plain = campaign.model_dump(mode="json")
+    texts = (json.dumps(without_folders(plain, 1), ensure_ascii=False), campaign.to_json())
+    moved, older = (hashlib.sha256(text.encode() + contents).hexdigest() for text in texts)
+    return moved, older
+
+
+def _contents(campaign: Campaign) -> Iterator[bytes]:
+    """Yield the contents of all files that a campaign names."""
     for experiment in _all_that_name_files(campaign):
         if experiment.model is not None:
-            for content in model_files(experiment.model).values():
-                digest.update(content)
-        digest.update(experiment.law.source())
+            yield from model_files(experiment.model).values()
+        yield experiment.law.source()
         for part in (experiment.reference, experiment.disturbance, experiment.sensing, experiment.actuation):
-            digest.update(part.source())
+            yield part.source()
             for file in paths_of(part).values():
-                digest.update(file.read_bytes() if file.is_file() else b"")
-    return digest.hexdigest()
+                yield file.read_bytes() if file.is_file() else b""
 
 
 def _all_that_name_files(campaign: Campaign) -> Iterator[Experiment]:

@@ -1,8 +1,8 @@
 """Folder of a campaign, used by one command at a time.
 
-``campaign.toml`` is the campaign file as given. ``campaign.json`` is the campaign with every default and path spelt
-out, its digest, and the versions of packages and platform. ``episodes/`` has one Parquet file for each finished batch,
-and is the only record of which batches are done.
+``campaign.toml`` is the campaign file as given. ``campaign.json`` is the campaign with every default spelt out, every
+path as seen from the folder (absolute in older versions), its digest, and the versions of packages and platform.
+``episodes/`` has one Parquet file for each finished batch, and is the only record of which batches are done.
 """
 
 import hashlib
@@ -16,8 +16,9 @@ from typing import Annotated, Any, NamedTuple, Self
 from pydantic import ConfigDict, Field
 
 from spherical_wrist.campaign.description import MOST_EPISODES, Campaign
-from spherical_wrist.campaign.digest import digest_of, version_differences, versions_here
+from spherical_wrist.campaign.digest import digest_of, digests_of, version_differences, versions_here
 from spherical_wrist.campaign.errors import CampaignError
+from spherical_wrist.campaign.portable import with_marks, without_marks
 from spherical_wrist.campaign.store import EpisodeFiles, Episodes, python_warning
 from spherical_wrist.consent import code_in, without_code
 from spherical_wrist.errors import ParameterError, RecordingError, one_line
@@ -78,7 +79,7 @@ class Folder(NamedTuple):
             "batch_size": made.batch_size,
             "sealed": made.sealed,
             "versions": dict(made.versions),
-            "campaign": json.loads(campaign.to_json()),
+            "campaign": with_marks(json.loads(campaign.to_json()), path),
         }
         try:
             (path / EPISODES).mkdir(exist_ok=True)
@@ -164,7 +165,7 @@ class Folder(NamedTuple):
         file = self.path / GIVEN
         if not file.is_file() or hashlib.sha256(file.read_bytes()).hexdigest() != _read(self.path).file:
             raise CampaignError(f"{str(file)!r} has changed since the campaign began: restore it, or begin another")
-        if digest_of(self.campaign) != self.digest:
+        if self.digest not in digests_of(self.campaign):
             raise CampaignError(
                 "a file of a law, model or motion has changed since the campaign began: restore it, or begin another"
             )
@@ -235,7 +236,7 @@ def _read(path: Path) -> _Description:
         found = json.loads(read_whole(file))
         if not isinstance(found, dict) or found.get("format") != FORMAT:
             raise CampaignError(f"{str(file)!r} is not of format {FORMAT}: was it made by another version?")
-        return _Description(**found)
+        return _Description(**{**found, "campaign": without_marks(found.get("campaign"), path)})
     except FileNotFoundError:
         raise CampaignError(f"{str(path)!r} holds no campaign: there is no {RESOLVED} in it") from None
     except RecursionError:

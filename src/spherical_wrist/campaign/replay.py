@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 from spherical_wrist.campaign.errors import CampaignError
 from spherical_wrist.campaign.folder import Folder
 from spherical_wrist.campaign.store import python_warning
+from spherical_wrist.experiment.embedded_files import text_without_folders
 from spherical_wrist.simulation.run import Run
 from spherical_wrist.simulation.simulate import simulate
 
@@ -57,7 +58,7 @@ def replay(folder: Folder, id_: int, warn: Callable[[str], None] = python_warnin
     stored = folder.files.row(id_, warn)
     run = simulate(episode.experiment())
     replayed = {"law": episode.law, "seed": episode.seed, "outcome": str(run.outcome.status), **run.metrics}
-    replayed |= {"ended_at_s": run.outcome.time, "reason": run.outcome.reason}
+    replayed |= {"ended_at_s": run.outcome.time, "reason": text_without_folders(run.outcome.reason)}
     known = stored or {}
     differences = tuple(name for name, value in replayed.items() if name in known and not _same(known[name], value))
     return Replay(run, stored, differences)
