@@ -24,7 +24,7 @@ from spherical_wrist import Experiment, record, simulate
 from spherical_wrist.errors import ParameterError, RecordingError
 from spherical_wrist.film import FilmError, FilmSettings, mp4, render_film, render_picture
 from spherical_wrist.film.caption import in_mm
-from spherical_wrist.film.frames import ACTUAL, DESIRED, Frames
+from spherical_wrist.film.frames import ACTUAL_COLOUR, DESIRED_COLOUR, Frames
 from spherical_wrist.film.motion import Motion
 from spherical_wrist.film.opengl import Renderer
 from spherical_wrist.wrist import default_model
@@ -221,7 +221,7 @@ def test_the_tool_is_where_the_attitude_says(loose):
         shaft = Rotation.from_quat(loose.attitude[row], scalar_first=True).apply(SHAFT)
         places.append((picture, projected(shaft, size)[0]))
         # the newest end of the trail, where the recording, not the film, says the tip is
-        assert nearest(like(picture, ACTUAL), projected(loose.tip[row], size)[0]) < 4.0
+        assert nearest(like(picture, ACTUAL_COLOUR), projected(loose.tip[row], size)[0]) < 4.0
     for picture, place in places:
         column, line = place.astype(int)
         assert picture[line, column].max() < 130  # dark iron, or the stripe on it, whose blue is small
@@ -252,8 +252,8 @@ def test_the_ghost_is_seen_where_there_is_an_error_and_only_there(loose, exact):
     red, green, blue = with_ghost[line, column]
     assert green > max(red, blue) + 30
     tip = projected(loose.desired_tip[row_at(loose, instant)], size)[0]
-    assert nearest(like(with_ghost, DESIRED), tip) < 4.0
-    assert nearest(like(without, DESIRED), tip) > 40.0
+    assert nearest(like(with_ghost, DESIRED_COLOUR), tip) < 4.0
+    assert nearest(like(without, DESIRED_COLOUR), tip) > 40.0
 
     view = (slice(0, 260), slice(0, 640))  # without the caption, whose legend differs
     both = [pictures(exact, [1.3], size=size, ghost=ghost)[0][view] for ghost in (True, False)]
@@ -280,7 +280,7 @@ def test_any_wrist_can_be_filmed(tmp_path):
     picture = opened(film.path)
     assert picture.shape == (500, 720, 3)
     assert picture[:40].mean() > 150  # a backdrop
-    assert like(picture, DESIRED).size
+    assert like(picture, DESIRED_COLOUR).size
     assert (picture[100:400, 200:520].mean(axis=2) < 120).mean() > 0.05  # and the wrist before it
 
 

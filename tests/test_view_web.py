@@ -19,6 +19,7 @@ from matplotlib.image import imread
 import needs
 from sampling import some
 from spherical_wrist import Experiment, record, simulate
+from spherical_wrist.colours import AXES, DESIRED, rgb
 from spherical_wrist.errors import ViewerError
 from spherical_wrist.recording.address import free_port, is_listening
 from spherical_wrist.recording.web import served_viewer
@@ -37,7 +38,7 @@ FLAGS = [
     "--window-size=900,450",  # and in one process less: all is drawn in software
     "--in-process-gpu",
 ]
-CURVES = ((235, 85, 80), (95, 200, 115), (90, 150, 250))
+CURVES = tuple(map(rgb, AXES))
 
 
 @pytest.fixture(scope="module")
@@ -142,8 +143,8 @@ def shown(browser, patience=180.0):
         png = browser.get_screenshot_as_png()
         picture = imread(io.BytesIO(png))[..., :3]
         scene = np.abs(picture[:, :440] - np.array([58, 64, 74]) / 255.0).max(axis=2) < 0.01
-        wrist = np.abs(picture[:, :440] - np.array([80, 230, 150]) / 255.0).max(axis=2) < 0.15  # its desired attitude
-        if scene.mean() > 0.3 and wrist.sum() > 50 and png == before:
+        wrist = np.abs(picture[:, :440] - np.array(rgb(DESIRED)) / 255.0).max(axis=2) < 0.15
+        if scene.mean() > 0.15 and wrist.sum() > 50 and png == before:
             return picture
         before = png
         time.sleep(0.5)

@@ -16,6 +16,8 @@ OWN, PAPER = VERMILION, BLUE
 """Of one's own law, and of the source paper's."""
 RIVALS = (BLACK, GREEN, PURPLE, SKY, ORANGE)
 """Of the lines of other laws, if there are no more of them."""
+ACTUAL, DESIRED = "#ff8c1e", "#28c882"
+"""Of the tool tip's path and of the desired attitude in scenes: films, and the viewer."""
 INK, GREY, PALE = "#222222", "#7f7f7f", "#bfbfbf"
 """Of text, of what is in the background, and of what is behind that."""
 

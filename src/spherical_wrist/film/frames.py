@@ -4,6 +4,7 @@ from typing import Self
 
 import numpy as np
 
+from spherical_wrist.colours import ACTUAL, DESIRED, rgb
 from spherical_wrist.film.camera import default_camera
 from spherical_wrist.film.caption import Caption, Colour, Style
 from spherical_wrist.film.motion import Array, Motion
@@ -14,8 +15,7 @@ from spherical_wrist.kinematics import tip_position
 from spherical_wrist.simulation.run import Run
 from spherical_wrist.wrist import Wrist
 
-ACTUAL, DESIRED = (255, 130, 20), (20, 190, 110)
-"""Colours as in the scene of a recording, darker: the backdrop of a model may be bright."""
+ACTUAL_COLOUR, DESIRED_COLOUR = rgb(ACTUAL), rgb(DESIRED)
 
 TRAIL, TRAIL_STEP = 1.5, 0.01
 """Length of the trails, and of their pieces [s]."""
@@ -41,7 +41,7 @@ class Frames:
         self.camera = settings.camera if settings.camera is not None else default_camera(self._wrist.model)
         self._caption = Caption(settings.size, _style(run, motion, settings))
         self._renderer = SceneRenderer(
-            self._wrist, settings.size, self.camera, _share(DESIRED) if settings.ghost else None
+            self._wrist, settings.size, self.camera, _share(DESIRED_COLOUR) if settings.ghost else None
         )
 
     def __enter__(self) -> Self:
@@ -61,9 +61,9 @@ class Frames:
         instants = np.append(TRAIL_STEP * np.arange(began, np.ceil(instant / TRAIL_STEP - 1e-6)), instant)
         actual, desired = motion.attitudes(instants), motion.desired_attitudes(instants)
         tip, desired_tip = _tips(actual, wrist), _tips(desired, wrist)
-        trails = [Trail(tip, _share(ACTUAL))]
+        trails = [Trail(tip, _share(ACTUAL_COLOUR))]
         if self._ghost:
-            trails.append(Trail(desired_tip, _share(DESIRED), behind=True))
+            trails.append(Trail(desired_tip, _share(DESIRED_COLOUR), behind=True))
         picture = self._renderer.picture(actual[-1], desired[-1], trails)
         self._caption.write(picture, instant, float(np.linalg.norm(desired_tip[-1] - tip[-1])))
         return picture
@@ -80,7 +80,7 @@ def _share(rgb: Colour) -> tuple[float, float, float]:
 
 def _style(run: Run, motion: Motion, settings: FilmSettings) -> Style:
     law, reference = (str(run.description[part]["name"]).rpartition("/")[2] for part in ("law", "reference"))
-    legend = (("actual", ACTUAL), ("desired", DESIRED)) if settings.ghost else (("actual", ACTUAL),)
+    legend = (("actual", ACTUAL_COLOUR), ("desired", DESIRED_COLOUR))[: 2 if settings.ghost else 1]
     begin, end = settings.span(motion)
     shown = (motion.time >= begin) & (motion.time <= end)
     largest = float(motion.tip_error()[shown].max(initial=0.0))

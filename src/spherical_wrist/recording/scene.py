@@ -5,12 +5,14 @@ import numpy as np
 import numpy.typing as npt
 import rerun as rr
 
+from spherical_wrist.colours import ACTUAL, rgb
+from spherical_wrist.colours import DESIRED as DESIRED_ATTITUDE
 from spherical_wrist.measure.series import Series
 from spherical_wrist.recording.geometry import Drawable, solid, visible_geoms, wires
 from spherical_wrist.recording.layout import BASE, DESIRED, TIMELINE, TIPS, WORLD, WRIST
 from spherical_wrist.so3 import inverses, products
 
-ACTUAL_COLOUR, DESIRED_COLOUR = (255, 150, 50), (80, 230, 150)
+ACTUAL_COLOUR, DESIRED_COLOUR = rgb(ACTUAL), rgb(DESIRED_ATTITUDE)
 PERIOD = 0.01
 """Least time between two poses [s]. The exact attitude is among the arrays; this is for the eye."""
 
@@ -22,8 +24,8 @@ def draw_wrist(recording: rr.RecordingStream, wrist: Drawable) -> None:
     """Send what does not change: the geometry, and how the trails look."""
     recording.log(WORLD, rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
     _draw_geometry(recording, wrist)
-    for entity, rgb, radius in zip(TIPS.values(), (ACTUAL_COLOUR, DESIRED_COLOUR), (0.0009, 0.0006), strict=True):
-        recording.log(entity, rr.LineStrips3D.from_fields(colors=[rgb], radii=[radius]), static=True)
+    for entity, colour, radius in zip(TIPS.values(), (ACTUAL_COLOUR, DESIRED_COLOUR), (0.0009, 0.0006), strict=True):
+        recording.log(entity, rr.LineStrips3D.from_fields(colors=[colour], radii=[radius]), static=True)
 
 
 def draw_motion(
