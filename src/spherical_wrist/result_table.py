@@ -144,7 +144,7 @@ def as_csv(table: ResultTable) -> str:
 
 
 def _bold(table: ResultTable, row: int, column: int) -> bool:
-    return (row, column) in table.best or (row in table.own and table.columns[column].text)
+    return (row, column) in table.best or (row in table.own and column == 0)
 
 
 def _latex_cell(cell: Cell) -> str:

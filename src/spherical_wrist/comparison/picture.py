@@ -12,7 +12,7 @@ from matplotlib.ticker import MaxNLocator
 
 from spherical_wrist.colours import GREY
 from spherical_wrist.comparison.law_rows import LawRows, law_rows, one_column, panel_widths, row_panels, rows_height
-from spherical_wrist.comparison.report import CHATTERING
+from spherical_wrist.comparison.report import CHATTERING, heading
 from spherical_wrist.picture_axes import logarithmic, text_width
 from spherical_wrist.picture_style import SMALL, STYLE, WIDTHS
 
@@ -45,7 +45,7 @@ def comparison_picture(table: Mapping[str, Any], width: float = WIDTHS["two-colu
     group = list(table["laws"][0]["groups"])[-1]
     titles = [
         "error [× best law]",
-        "chattering [× computed_torque]",
+        heading(CHATTERING),
         f"cases of {len(table['cases'])}: best or within 5 %",
     ][: 2 if one_column(width) else 3]
     shares = SHARES[: len(titles)]
