@@ -178,7 +178,7 @@ def _write(found: SearchResult, table: dict[str, Any], files: ResultFiles, folde
     for point in table["front"]:
         law = found.space.law_with(point["values"])
         path = str(folder / point["file"])
-        compare = ["wrist", "compare", path, "--law", path, *chosen, *again]
+        compare = ["wrist", "compare", path, "--law", path, *chosen, *again, "--seeds", "1"]
         contents[point["file"]] = gains_file(found.search.family.base, law, point, table, compare).encode()
     table["files"] = [FILE, *contents, "tune.json"]
     contents["tune.json"] = json_bytes(table)
