@@ -342,10 +342,11 @@ def check_everywhere(name, run, capsys):
     entry = f"| {metric.label} | {f'**{shown}** {metric.shown_unit}'.rstrip()} | {metric.note} |"
     assert entry in metrics_text(properties_of(run), len(run), 1)
     assert run_summary(run, None)["metrics"][name] == value
-    cell = dict.fromkeys(("law", "case", "rank", "outcome", "ended_at_s", "error_ratio", "chattering_ratio", "command"))
-    [row] = csv.DictReader(io.StringIO(as_csv({"cells": [{**cell, "metrics": dict(run.metrics)}]})))
+    keys = ("law", "case", "seed", "outcome", "ended_at_s", "ratio", "chattering_ratio", "command", "rank", "winner")
+    cell = {**dict.fromkeys(keys), "metrics": dict(run.metrics)}
+    [row] = csv.DictReader(io.StringIO(as_csv({"cells": [cell], "standings": [cell], "cases": [cell]})))
     assert row[name] == str(value)
-    list_command.command()
+    list_command.command("metrics")
     assert name in capsys.readouterr().out
     with pytest.raises(AssertionError, match=f"misses {name} ≤ 1e-12 on 1 of 1"):
         assert_tracks(run.experiment.law, family=ONE, experiment=WITH_ALL, **{name: 1e-12})

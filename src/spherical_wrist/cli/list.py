@@ -264,7 +264,7 @@ def _warnings() -> dict[str, Entry]:
 
     return {
         name: {
-            "summary": f"{each.metric} > {each.limit:g} {METRICS[each.metric].unit}: {each.meaning}",
+            "summary": f"{METRICS[each.metric].label} > {METRICS[each.metric].written(each.limit)}: {each.meaning}",
             **each._asdict(),
         }
         for name, each in CHECKS.items()
