@@ -23,8 +23,6 @@ from scipy.stats import bootstrap
 from picture_checks import overlaps
 from rigs import one_line
 from spherical_wrist import Experiment, load_recording, simulate
-from spherical_wrist.actuation import Realistic as RealisticMotor
-from spherical_wrist.actuation import SphericalMotor
 from spherical_wrist.cli import main
 from spherical_wrist.cli.compare import print_comparison
 from spherical_wrist.cli.results import ResultFiles
@@ -235,43 +233,59 @@ def test_chattering_that_differs_in_the_fourth_digit_does_not():
 # --- cases
 
 
-def test_the_default_suite_is_what_it_says():
-    made = {case.name: case.experiment({}, {}) for case in DEFAULT}
-    assert len(made) == len(DEFAULT) >= 20
-    ideal = {
-        (given.disturbance.name, given.disturbance.level, given.mass_scale): given
-        for given in made.values()
-        if group_of(given) == IDEAL
-    }
-    assert set(ideal) == {(s, 0.25, m) for s, m in product(("constant", "sinusoid"), (0.75, 1.0, 1.25))}
-    assert all(given.reference.name == "lissajous" for given in ideal.values())
-    assert ideal["sinusoid", 0.25, 0.75].disturbance.frequency == 1.0
-    sensors, motors = RealisticSensing(), RealisticMotor()
-    assert made["attitude-noise"].sensing.attitude_noise == sensors.attitude_noise > 0.0
-    assert made["attitude-steps"].sensing.attitude_quantum == sensors.attitude_quantum > 0.0
-    assert made["rate-noise"].sensing.rate_noise == sensors.rate_noise > 0.0
-    assert made["rate-noise"].sensing.rate_bias == sensors.rate_bias != (0.0, 0.0, 0.0)
-    assert made["rate-estimated"].sensing.rate == "estimated"
-    assert (made["delay-1ms"].sensing.delay, made["delay-1.5ms"].sensing.delay) == (0.001, 0.0015)
-    assert made["lost-samples"].sensing.loss == 0.05
-    assert made["slow-motors"].actuation.torque_quantum == motors.torque_quantum > 0.0
-    assert made["slow-motors"].actuation.lag == motors.lag > 0.0
-    assert made["friction"].friction == HARDWARE["realistic"]["friction"] > 0.0
-    assert made["cogging"].actuation.cogging == motors.cogging > 0.0
-    assert made["spherical-motor"].actuation == SphericalMotor()
-    assert made["failed-coil"].actuation == SphericalMotor(failed=(0,))
-    for name, reference in (("", "lissajous"), ("-heart", "beating_heart"), ("-suture", "suture")):
-        given = made[f"realistic{name}"]
-        assert (given.sensing, given.actuation, given.reference.name) == (sensors, motors, reference)
+SUITE = {case.name: case.experiment({}, {}) for case in DEFAULT}
 
 
-def test_every_fault_is_alone_but_in_the_realistic_cases():
-    nothing = Experiment()
-    for case in DEFAULT:
-        made = case.experiment({}, {})
-        changed = {name for name in Experiment.model_fields if getattr(made, name) != getattr(nothing, name)}
-        if group_of(made) == FAULTY and not case.name.startswith("realistic"):
-            assert len(changed) == 1, case.name
+def test_every_case_of_the_suite_says_what_it_shows_and_is_another_experiment():
+    assert len(SUITE) == len(DEFAULT)
+    assert all(case.meaning and case.discriminates for case in DEFAULT)
+    for name in ("meaning", "discriminates"):
+        assert len({getattr(case, name) for case in DEFAULT}) == len(DEFAULT)
+    assert len({each.replaced(duration=1.0) for each in SUITE.values()}) == len(SUITE)
+
+
+def test_the_suite_has_what_tells_laws_apart():
+    """Motions, wrists, masses, frequencies, sensors and errors, each by what the experiments are."""
+    suite = SUITE.values()
+    assert {each.reference.name for each in suite} == {"lissajous", "beating_heart", "suture", "step", "recorded"}
+    assert len({each.model for each in suite}) == 3
+    masses = {each.mass_scale for each in suite}
+    assert (min(masses), max(masses)) == (0.5, 2.0)
+    assert max(each.payload for each in suite) == 0.05
+    assert any(each.com_shift != (0.0, 0.0, 0.0) for each in suite)
+    assert {getattr(each.disturbance, "frequency", 0.0) for each in suite} >= {0.0, 5.0, 15.0, 40.0}
+    worst = [each for each in suite if each.disturbance.name == "worst"]
+    assert {each.sensing.delay > 0.0 for each in worst} == {True, False}
+    assert all(case.judged == "largest" for case in DEFAULT if SUITE[case.name] in worst)
+    late = [each.sensing for each in suite if each.sensing.delay >= 1e-3]
+    assert {each.timestamped for each in late} == {True, False}
+    assert max(each.sensing.loss for each in suite) >= 0.1
+    assert max(each.actuation.lag for each in suite) >= 1e-3
+    blind = [each.sensing for each in suite if each.sensing.rate == "estimated"]
+    assert blind
+    assert all(each.attitude_noise > 0.0 for each in blind)
+    noise = RealisticSensing()
+    assert any(
+        (each.sensing.attitude_noise, each.sensing.rate_noise) == (10.0 * noise.attitude_noise, 10.0 * noise.rate_noise)
+        for each in suite
+    )
+    assert max(np.linalg.norm(each.initial_error) for each in suite) > 1.0
+    assert max(each.friction for each in suite) >= 5e-3
+    assert {is_random(each) for each in suite} == {True, False}
+
+
+def test_an_experiment_may_say_how_long_a_case_takes():
+    case = Case("short", "", {}, duration=3.0)
+    assert case.experiment({}, {}).duration == 3.0
+    assert case.experiment({"duration": 7.0}, {}).duration == 7.0
+    assert case.experiment({"duration": 7.0}, {"duration": 1.0}).duration == 1.0
+
+
+def test_settings_that_replace_what_a_case_is_about_are_named():
+    case = Case("x", "", {"model": "slender_hand", "disturbance.name": "sinusoid", "disturbance.level": 0.25})
+    assert case.overridden({"model": "a.xml", "duration": 1.0}) == ["model"]
+    assert case.overridden({"disturbance.level": 1.0, "law.K": 1.0}) == []
+    assert case.overridden({"disturbance": 0.1}) == ["disturbance.name"]
 
 
 def test_a_case_changes_the_experiment_and_settings_change_the_case():
@@ -288,11 +302,18 @@ def test_a_case_changes_the_experiment_and_settings_change_the_case():
 def test_a_suite_of_ones_own(tmp_path):
     file = tmp_path / "cases.toml"
     file.write_text(
-        "[[case]]\nname = 'late'\nmeaning = 'two samples'\nsensing.delay = 0.002\nmass_scale = 1.5\n"
+        "[[case]]\nname = 'late'\nmeaning = 'two samples'\njudged = 'largest'\n"
+        "discriminates = 'prediction'\nsensing.delay = 0.002\nmass_scale = 1.5\n"
         "[[case]]\nname = 'noisy'\ndisturbance = {bandwidth = 5.0, name = 'noise', level = 0.1}\n"
     )
     late, noisy = read_cases(file)
-    assert (late.name, late.meaning) == ("late", "two samples")
+    assert (late.name, late.meaning, late.judged, late.discriminates) == (
+        "late",
+        "two samples",
+        "largest",
+        "prediction",
+    )
+    assert (noisy.judged, noisy.figures) == ("rms", ("rms_error_rad", "rms_tip_error_mm"))
     made = late.experiment({}, {})
     assert (made.sensing.delay, made.mass_scale, made.disturbance.level) == (0.002, 1.5, 0.25)
     # the parameters of another shape in the experiment do not stay
@@ -310,6 +331,7 @@ def test_a_suite_of_ones_own(tmp_path):
         ("duration = 3\n[[case]]\nname = 'a'", "[[case]]"),
         ("[[case]]\nmass_scale = 1", "case 1: a name is needed"),
         ("[[case]]\nname = 'a'\nlaw = 'pd'", "cannot set the law"),
+        ("[[case]]\nname = 'a'\njudged = 'largst'", "unknown judged 'largst'; did you mean 'largest'"),
         ("[[case]]\nname = 'a'\n[[case]]\nname = 'a'", "two cases are called 'a'"),
     ],
 )
@@ -328,7 +350,7 @@ def test_a_wrong_case_says_which_one_it_is():
     assert one_line(error.value).startswith("case 'odd': unknown parameter 'mas_scale'; did you mean 'mass_scale'?")
     with pytest.raises(UnknownNameError, match="did you mean 'realistic'"):
         select(DEFAULT, ["realistc"])
-    assert [case.name for case in select(DEFAULT, ["friction", "cogging", "friction"])] == ["friction", "cogging"]
+    assert [case.name for case in select(DEFAULT, ["friction", "worst", "friction"])] == ["friction", "worst"]
     assert select(DEFAULT, []) == DEFAULT
 
 
@@ -718,9 +740,11 @@ def test_the_table_for_a_paper():
 
 # --- the command line
 
+SEEDS = ("--seed", "4", "--seeds", "2")
+
 
 def test_json_has_the_promised_keys_and_its_commands_replay_it(wrist):
-    code, out, err = wrist("compare", *QUICK, "--case", "failed-coil", "--set", "payload=0.01", "--seed", "4", "--json")
+    code, out, err = wrist("compare", *QUICK, "--case", "failed-coil", "--set", "payload=0.01", *SEEDS, "--json")
     given = json.loads(out)
     assert (code, err) == (0, "")
     assert set(given) == {
@@ -739,7 +763,8 @@ def test_json_has_the_promised_keys_and_its_commands_replay_it(wrist):
     assert [case["case"] for case in given["cases"]] == ["constant-heavy", "failed-coil"]
     assert {law["law"] for law in given["laws"]} == {"pd", "sliding_mode"}
     assert set(given["laws"][0]["groups"]) == {IDEAL, FAULTY}
-    assert len(given["cells"]) == 4
+    assert [(case["random"], case["seeds"]) for case in given["cases"]] == [(False, [4]), (True, [4, 5])]
+    assert len(given["cells"]) == 6
     for cell in given["cells"]:
         assert "payload" in cell["command"]
         code, out, _ = wrist(*shlex.split(cell["command"])[1:], "--no-recording", "--json")

@@ -41,7 +41,7 @@ COMMANDS = {
     "film": "render run.rrd -o out/a.gif --size 160x120 --fps 10",
     "picture": "render run.rrd --frame out/a.png --size 320x240",
     "screenshot": "view run.rrd --screenshot out/a.png --size 400x300",
-    "tune": "tune pd --trials 3 --case constant-right --duration 0.3 -o out",
+    "tune": "tune pd --trials 3 --case constant-heavy --duration 0.3 -o out",
 }
 """Command lines of ``wrist``; ``out`` is the disk."""
 WRITING = {"--output", "--plot", "--export", "--extract", "--frame", "--screenshot"}

@@ -113,7 +113,7 @@ def test_a_law_whose_file_has_an_odd_name(wrist, tmp_path, name):
     """Its pictures and tables are drawn, and its name is in them as it is."""
     (tmp_path / f"{name}.py").write_text(LAW)
     law = ["--law", f"{name}.py:Mine"]
-    code, out, err = wrist("compare", *law, "--case", "constant-right", "--duration", "0.3", "-o", "compared")
+    code, out, err = wrist("compare", *law, "--case", "constant-heavy", "--duration", "0.3", "-o", "compared")
     assert (code, err) == (0, "")
     assert not OBEYED.search(out)
     code, _, err = wrist("run", *law, "--duration", "0.3", "-o", "a.rrd")

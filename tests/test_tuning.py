@@ -446,7 +446,7 @@ def test_values_come_back_from_toml(value):
     assert tomllib.loads(f"value = {toml(value)}")["value"] == value
 
 
-QUICK = ["--case", "constant-heavy", "--case", "attitude-noise", "--duration", "0.1", "--set", "payload=0.01"]
+QUICK = ["--case", "constant-heavy", "--case", "rate-noise", "--duration", "0.1", "--set", "payload=0.01"]
 
 
 def test_every_file_of_the_front_reproduces_its_figures_and_runs(wrist, tmp_path):
@@ -461,7 +461,7 @@ def test_every_file_of_the_front_reproduces_its_figures_and_runs(wrist, tmp_path
     assert table["default"]["trial"] == 0
     assert table["default"]["parameters"] == {k: list(v) for k, v in PD().model_dump().items() if k != "name"}
     assert len(table["front"]) > 1
-    noise = next(case["changes"] for case in table["cases"] if case["case"] == "attitude-noise")
+    noise = next(case["changes"] for case in table["cases"] if case["case"] == "rate-noise")
     heavy = {"mass_scale": 1.25, "disturbance.name": "constant", "disturbance.level": 0.25}
     for point in table["front"]:
         file = Path("out") / point["file"]

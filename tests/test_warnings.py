@@ -117,7 +117,7 @@ def test_tuning_warns_of_the_default_gains_and_those_of_the_front(wrist):
 
 def test_compare_sums_up_the_warnings_of_models_and_motions(wrist, tmp_path):
     (tmp_path / "w.xml").write_text(mjcf(joint='frictionloss="1e-4"'))
-    cases = ("--case", "constant-heavy", "--case", "constant-light")
+    cases = ("--case", "constant-heavy", "--case", "double-mass")
     code, _, err = wrist("compare", "--law", "pd", *cases, "--duration", "0.4", "--set", "model=w.xml")
     assert code == 0
     assert [line for line in err.splitlines() if "frictionloss" in line] == [

@@ -37,11 +37,12 @@ FEW = 40
 WIDE = 118
 ABOUT = (
     "×: √(attitude error · tip error) as a multiple of the best law's on the case; median over the cases, with an "
-    "interval of 95 % (bootstrap over cases and seeds); worst of all runs; lost: cases with a run that did not "
-    "complete, which count as infinite"
+    "interval of 95 % (bootstrap over cases and seeds); worst of all runs; number of cases on which it is first, and "
+    "within 5 % of the first; lost: cases with a run that did not complete, which count as infinite"
 )
+
 ABOUT_WINNERS = (
-    "next: the runner-up, as a number of the table above, and its × ; lost by: number of laws that lost a run"
+    "next: × and place of the runner-up; ≤5%: number of laws within 5 % of the best; lost: of laws that lost a run"
 )
 MOST_LOST = 12
 """Number of lost runs up to which each is printed."""
@@ -141,6 +142,7 @@ def print_comparison(table: dict[str, Any], *, full: bool, files: ResultFiles) -
     console.print(Text(_verdict(table), "bold"))
     console.print(_standings(table, console.width))
     console.print(Text(ABOUT, "dim"))
+    console.print(Text(f"worst on {worst_in_words(table)}", "dim"))
     console.print()
     console.print(_winners(table, console.width))
     console.print(Text(ABOUT_WINNERS, "dim"))
@@ -175,6 +177,14 @@ def _verdict(table: Mapping[str, Any]) -> str:
     return said if len(kept) == 1 else f"{said}; in all of them: {', '.join(always) or 'no law'}"
 
 
+def worst_in_words(table: Mapping[str, Any]) -> str:
+    """Return the cases on which laws have their worst run, each with the places of those laws."""
+    places: dict[str, list[str]] = {}
+    for row in table["laws"]:
+        places.setdefault(row["worst_case"], []).append(f"#{row['rank']}")
+    return "; ".join(f"{case}: {' '.join(laws)}" for case, laws in places.items())
+
+
 def replaced_in_words(replaced: Mapping[str, Sequence[str]]) -> str:
     """Return a warning about cases some of whose parameters have other values than the case says.
 
@@ -185,30 +195,19 @@ def replaced_in_words(replaced: Mapping[str, Sequence[str]]) -> str:
     return f"settings take the place of what cases are about ({names}): {', '.join(replaced)}"
 
 
-def times(ratio: float | None) -> str:
-    """Write a ratio in at most five characters."""
-    if ratio is None:
-        return "lost"
-    if ratio < 9.995:
-        return f"{ratio:.2f}"
-    if ratio < 99.95:
-        return f"{ratio:.1f}"
-    return f"{ratio:.0f}" if ratio < 9999.5 else f"{ratio:.0e}".replace("e+0", "e")
-
-
 def _standings(table: dict[str, Any], width: int) -> Table:
-    from spherical_wrist.comparison.report import CHATTERING
+    from spherical_wrist.comparison.report import CHATTERING, ratio_text
 
     wide = width >= WIDE
     group = list(table["laws"][0]["groups"])[-1]
     failures = any(row["lost"] for row in table["laws"])
-    headings = ["#", "law", "median\n×", "95 %", "worst\n×", *(["on"] if wide else []), "best\non", "≤ 5 %\non"]
+    headings = ["#", "law", "med.\n×", "95 %", "worst\n×", *(["on"] if wide else []), "1st", "≤5%"]
     headings += [*(["lost"] if failures else []), *([f"chattering,\n{_first(group)} ×"] if wide else [])]
     rows: list[list[Entry]] = []
     for row in table["laws"]:
-        low, high = map(times, row["median_interval_95"])
-        entries: list[Entry] = [str(row["rank"]), Text(row["law"], "bold"), times(row["median_ratio"])]
-        entries += [low if low == high else f"{low}–{high}", times(row["worst_ratio"])]
+        low, high = map(ratio_text, row["median_interval_95"])
+        entries: list[Entry] = [str(row["rank"]), Text(row["law"], "bold"), ratio_text(row["median_ratio"])]
+        entries += [low if low == high else f"{low}–{high}", ratio_text(row["worst_ratio"])]
         entries += [row["worst_case"]] if wide else []
         entries += [str(row["wins"]), str(row["within_5_percent"])]
         if failures:
@@ -221,7 +220,7 @@ def _standings(table: dict[str, Any], width: int) -> Table:
     title = f"{len(rows)} laws × {len(table['cases'])} cases"
     once = sum(not case["random"] for case in table["cases"])
     if runs > len(table["cases"]):
-        title += f", {runs} runs of each: cases with something random over seeds, the other {once} once"
+        title += f": {runs} runs of each ({once} cases once, since nothing in them is random)"
     return fitted(title, headings, rows, width, names=1)
 
 
@@ -231,27 +230,29 @@ def _first(text: str) -> str:
 
 def _winners(table: dict[str, Any], width: int) -> Table:
     """Lay out the winner and the runner-up of every case."""
+    from spherical_wrist.comparison.report import ratio_text
+
     place = {row["law"]: f"#{row['rank']}" for row in table["laws"]}
     wide = width >= WIDE
     rows: list[list[Entry]] = []
     for case in table["cases"]:
-        also = [place[law] for law in case["within_5_percent"] if law != case["winner"]]
-        next_best = case["runner_up"]
-        rows.append([
-            Text(case["winner"] or "all lost", "bold"),
-            Text(case["case"]),
-            times(case["runner_up_ratio"]) if next_best else "—",
-            (next_best if wide else place[next_best]) if next_best else "—",
-            _few(also),
-            str(len(case["lost_by"])) if case["lost_by"] else "",
-        ])  # fmt: skip
-    rows = [[row[1], row[0], *row[2:]] for row in rows]
-    headings = ["case", "best law", "next\n×", "next", "also\n≤ 5 %", "lost\nby"]
-    return fitted("which law wins what", headings, rows, width, names=1)
-
-
-def _few(names: Sequence[str], most: int = 3) -> str:
-    return " ".join(names[:most]) + (f" +{len(names) - most}" if len(names) > most else "")
+        close, second = case["within_5_percent"], case["runner_up"]
+        rows.append(
+            [
+                case["case"],
+                Text(case["winner"] or "all lost", "bold"),
+                ratio_text(case["runner_up_ratio"]) if second else "—",
+                (second if wide else place[second]) if second else "—",
+                " ".join(place[law] for law in close[:5]) + ("" if len(close) <= 5 else " …") if wide else "",
+                str(len(close)),
+                str(len(case["lost_by"])) if case["lost_by"] else "",
+            ]
+        )
+    headings = ["case", "best law", "next\n×", "next", "≤5%", "≤5%", "lost"]
+    shown = [column for column in range(len(headings)) if wide or column != 4]
+    rows = [[row[column] for column in shown] for row in rows]
+    words = (0, 3, 4) if wide else (0,)
+    return fitted("which law wins what", [headings[column] for column in shown], rows, width, names=1, words=words)
 
 
 def _matrix(table: dict[str, Any], width: int) -> Iterator[Table]:
@@ -268,16 +269,17 @@ def _matrix(table: dict[str, Any], width: int) -> Iterator[Table]:
 
 def _ratio(row: Mapping[str, Any]) -> Text:
     from spherical_wrist.comparison.ranking import CLOSE
+    from spherical_wrist.comparison.report import ratio_text
 
     best, close = row["rank"] == 1, row["ratio"] is not None and row["ratio"] <= CLOSE
     return Text(
-        times(row["ratio"]), "red" if row["ratio"] is None else "bold green" if best else "green" if close else ""
+        ratio_text(row["ratio"]), "red" if row["ratio"] is None else "bold green" if best else "green" if close else ""
     )
 
 
 def _figures(table: dict[str, Any], width: int) -> Iterator[Table]:
     """Yield a table for each case, best law first, with every figure that fits the terminal; medians over the seeds."""
-    from spherical_wrist.comparison.report import FIGURES, NARROW, heading, median_figure, seeds_in_words
+    from spherical_wrist.comparison.report import FIGURES, NARROW, heading, median_figure, ratio_text, seeds_in_words
 
     rows_of = {(row["law"], row["case"]): row for row in table["standings"]}
     cells: dict[tuple[str, str], list[dict[str, Any]]] = {}
@@ -291,8 +293,8 @@ def _figures(table: dict[str, Any], width: int) -> Iterator[Table]:
         rows: list[list[Entry]] = []
         for law, each in own.items():
             row = rows_of[law, name]
-            low, high = map(times, row["ratio_range"])
-            entries: list[Entry] = [law, times(row["ratio"]), "" if low == high else f"{low}–{high}"]
+            low, high = map(ratio_text, row["ratio_range"])
+            entries: list[Entry] = [law, ratio_text(row["ratio"]), "" if low == high else f"{low}–{high}"]
             entries += [short(median_figure(each, key)) for key in keys]
             if row["lost_seeds"]:
                 entries[3] = Text(next(cell["outcome"] for cell in each if cell["outcome"] != "completed"), "red")

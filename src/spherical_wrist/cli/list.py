@@ -214,7 +214,11 @@ def _words(values: Mapping[str, Any]) -> str:
 def _case(case: Any) -> Entry:
     from pydantic_core import to_jsonable_python
 
-    return {"summary": case.meaning, "changes": to_jsonable_python(dict(case.changes))}
+    return {
+        "summary": f"{case.meaning}. Shows: {case.discriminates}",
+        "changes": to_jsonable_python(dict(case.changes)),
+        "judged_by": list(case.figures),
+    }
 
 
 def _axis(axis: Any) -> Entry:

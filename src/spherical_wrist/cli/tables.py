@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Iterable, Sequence
-from typing import Any
+from typing import Any, Literal
 
 from rich.console import Console, ConsoleOptions, RenderableType
 from rich.segment import Segment
@@ -67,7 +67,14 @@ def written_to(folder: object, names: str) -> Text:
     return Text.assemble("written to ", (str(folder), "bold"), f": {names}")
 
 
-def fitted(title: str, headings: Sequence[str], rows: Sequence[Sequence[Entry]], width: int, names: int = 0) -> Table:
+def fitted(
+    title: str,
+    headings: Sequence[str],
+    rows: Sequence[Sequence[Entry]],
+    width: int,
+    names: int = 0,
+    words: Sequence[int] = (),
+) -> Table:
     """Lay out a table without lines whose figures are never cut.
 
     Args:
@@ -76,6 +83,7 @@ def fitted(title: str, headings: Sequence[str], rows: Sequence[Sequence[Entry]],
         rows: entries of each row.
         width: width of the terminal [columns].
         names: index of the column of names, which is left-aligned and is cut if the terminal is too narrow.
+        words: indices of other columns that are left-aligned; they are never cut.
     """
     widths = [
         max(cell_width(entry) for entry in [*heading.split("\n"), *(row[column] for row in rows)])
@@ -95,7 +103,8 @@ def fitted(title: str, headings: Sequence[str], rows: Sequence[Sequence[Entry]],
         if column == names:
             table.add_column(Text(heading), no_wrap=True, overflow="ellipsis", max_width=max(width - rest, 10))
         else:
-            table.add_column(Text(heading), justify="right", no_wrap=True, min_width=widths[column])
+            side: Literal["left", "right"] = "left" if column in words else "right"
+            table.add_column(Text(heading), justify=side, no_wrap=True, min_width=widths[column])
     for row in rows:
         table.add_row(*(Text(entry) if isinstance(entry, str) else entry for entry in row))
     return table

@@ -76,43 +76,114 @@ def group_of(experiment: Experiment) -> str:
     return IDEAL if ideal else FAULTY
 
 
-def _hold_off(shape: str, size: str) -> list[Case]:
-    masses = (("light", 0.75), ("right", 1.0), ("heavy", 1.25))
-    changes = {"disturbance.name": shape, "disturbance.level": 0.25, "disturbance.amplitude": None}
-    return [
-        Case(f"{shape}-{word}", f"{size} of 25 %, plant mass × {mass:g}", {**changes, "mass_scale": mass})
-        for word, mass in masses
-    ]
+DURATION = 4.5
+"""Simulated time [s] of a case: from 2 s on, more than a period of each axis of the Lissajous motion."""
+_sensors, _motors, REALISTIC = RealisticSensing(), RealisticMotor(), HARDWARE["realistic"]
 
 
-_sensors, _motors = RealisticSensing(), RealisticMotor()
+def _torque(shape: str, level: float = 0.25, **parameters: float) -> dict[str, Any]:
+    """Return the changes for a disturbance of a shape and a size."""
+    named = {f"disturbance.{name}": value for name, value in parameters.items()}
+    return {"disturbance.name": shape, "disturbance.level": level, "disturbance.amplitude": None, **named}
+
+
+def _late(delay: float, *, known: bool = True) -> dict[str, Any]:
+    return {"sensing.delay": delay, "sensing.timestamped": known}
+
 
 DEFAULT: tuple[Case, ...] = (
-    *_hold_off("constant", "constant disturbance"),
-    *_hold_off("sinusoid", "sinusoidal disturbance (1 Hz)"),
-    Case("attitude-noise", "attitude noise of 1 arc minute", {"sensing.attitude_noise": _sensors.attitude_noise}),
-    Case("attitude-steps", "attitude in steps of 16 bits a turn",
-         {"sensing.attitude_quantum": _sensors.attitude_quantum}),
-    Case("rate-noise", "noise and bias of a MEMS gyroscope",
-         {"sensing.rate_noise": _sensors.rate_noise, "sensing.rate_bias": _sensors.rate_bias}),
-    Case("rate-estimated", "no rate sensor: the rate from attitude samples", {"sensing.rate": "estimated"}),
-    Case("delay-1ms", "samples 1 ms old", {"sensing.delay": 1e-3}),
-    Case("delay-1.5ms", "samples 1.5 ms old", {"sensing.delay": 1.5e-3}),
-    Case("lost-samples", "5 % of the samples lost", {"sensing.loss": 0.05}),
-    Case("slow-motors", "torque in steps of 12 bits, lagging by 0.5 ms",
-         {"actuation.torque_quantum": _motors.torque_quantum, "actuation.lag": _motors.lag}),
-    Case("friction", "dry friction in the bearing", {"friction": HARDWARE["realistic"]["friction"]}),
-    Case("cogging", "cogging of 1 % of the largest torque", {"actuation.cogging": _motors.cogging}),
-    Case("spherical-motor", "24 coils, their currents in least norm", {"actuation.name": "spherical_motor"}),
-    Case("failed-coil", "one of the 24 coils fails, unknown to the controller",
-         {"actuation.name": "spherical_motor", "actuation.failed": [0]}),
-    Case("realistic", "all of these faults, on the reference of the experiment", HARDWARE["realistic"]),
-    Case("realistic-heart", "all of these faults, on a beating heart",
-         {**HARDWARE["realistic"], "reference": "beating_heart"}),
-    Case("realistic-suture", "all of these faults, on needle drives",
-         {**HARDWARE["realistic"], "reference": "suture"}),
+    Case("constant-heavy", "constant torque of 25 %, plant a quarter heavier",
+         {**_torque("constant"), "mass_scale": 1.25},
+         "precision under slow torques and a wrong model: integral action or an observer"),
+    Case("double-mass", "constant torque of 25 %, plant twice as heavy", {**_torque("constant"), "mass_scale": 2.0},
+         "laws whose loop gain goes with the believed mass, and those that limit what they believe"),
+    Case("sine-15hz", "sinusoidal torque of 25 % at 15 Hz", _torque("sinusoid", frequency=15.0),
+         "bandwidth of disturbance rejection"),
+    Case("sine-40hz", "sinusoidal torque of 25 % at 40 Hz", _torque("sinusoid", frequency=40.0),
+         "amplification beyond that bandwidth"),
+    Case("square-5hz", "square wave of 25 % at 5 Hz", _torque("square", frequency=5.0),
+         "speed of recovery from a step of torque", "largest"),
+    Case("worst", "the worst torque within 25 %, built for each law", _torque("worst"),
+         "the largest error that any torque of this size can cause", "largest"),
+    Case("worst-light", "the worst torque within 25 %, plant half as heavy", {**_torque("worst"), "mass_scale": 0.5},
+         "damping with a loop gain twice as large as believed", "largest"),
+    Case("worst-late", "the worst torque within 25 %, samples 0.5 ms old, motors 0.5 ms late, plant twice as heavy",
+         {**_torque("worst"), **_late(5e-4), "actuation.lag": 5e-4, "mass_scale": 2.0},
+         "stability with half the loop gain and late torques: prediction", "largest"),
+    Case("recorded", "a sensor turned in the hand (recorded), 30 g at the tip",
+         {"reference.name": "recorded", "reference.file": "hand_held", "reference.smoothing": 0.04, "payload": 0.03,
+          "steady_from": 0.5},
+         "fast motion of a person with an inertia that nobody said", duration=4.2),
+    Case("slender-hand", "a slender hand of half a kilogram, sinusoidal torque of 25 % at 5 Hz",
+         {"model": "slender_hand", **_torque("sinusoid", frequency=5.0)},
+         "limits in absolute numbers: an inertia 37 times as small about the spin axis, where the tip lies"),
+    Case("cranked-tool", "a wrist on its side with a cranked tool, all faults of the realistic hardware",
+         {**REALISTIC, "model": "cranked_tool"},
+         "gains that suit one wrist: small inertia that is not diagonal, a tip off the spin axis"),
+    Case("initial-error", "0.5, −0.4 and 0.8 rad of error at the start",
+         {"initial_error": [0.5, -0.4, 0.8], "steady_from": 0.0},
+         "return from a large error: saturation, windup, overshoot", duration=2.0),
+    Case("initial-rate", "10, −10 and 15 rad/s of rate error at the start",
+         {"initial_rate_error": [10.0, -10.0, 15.0], "steady_from": 0.0},
+         "catching a wrist that turns fast", duration=2.0),
+    Case("friction", "dry friction of 5 mN·m", {"friction": 5e-3},
+         "a torque that jumps where the rate changes its sign"),
+    Case("unknown-delay", "samples 1 ms old, unknown to the controller", _late(1e-3, known=False),
+         "delay margin; all that have it make the same error, that of the delay"),
+    Case("unknown-delay-light", "samples 1 ms old, unknown to the controller, plant half as heavy",
+         {**_late(1e-3, known=False), "mass_scale": 0.5}, "delay margin at twice the loop gain"),
+    Case("delay-15hz", "samples 2 ms old, sinusoidal torque of 25 % at 15 Hz",
+         {**_late(2e-3), **_torque("sinusoid", frequency=15.0)},
+         "what is left of the bandwidth with a known delay"),
+    Case("delay-heart", "samples 3 ms old, on a beating heart", {**_late(3e-3), "reference": "beating_heart"},
+         "prediction over a long known delay", duration=5.4),
+    Case("lost-samples", "20 % of the samples lost, on a step", {"sensing.loss": 0.2, "reference": "step",
+         "steady_from": 0.5}, "samples that do not come, while the wrist is moved quickly", duration=2.0),
+    Case("rate-noise", "noise and bias of a MEMS gyroscope, the attitude exact",
+         {"sensing.rate_noise": _sensors.rate_noise, "sensing.rate_bias": _sensors.rate_bias},
+         "trust in the rate where the attitude is the better sensor"),
+    Case("no-gyro", "no gyroscope: the rate from attitudes with noise of 1 arc minute",
+         {"sensing.rate": "estimated", "sensing.attitude_noise": _sensors.attitude_noise},
+         "amplification of noise by rate feedback"),
+    Case("slow-motors", "torque in steps of 0.5 mN·m, lagging by 2 ms",
+         {"actuation.torque_quantum": 5e-4, "actuation.lag": 2e-3}, "prediction over a slow motor"),
+    Case("failed-coil", "24 coils of uneven strength, one of them failed, realistic sensors, torque of 5 Hz",
+         {**REALISTIC, **_torque("sinusoid", frequency=5.0), "actuation":
+          {"name": "spherical_motor", "lag": _motors.lag, "strength_error": 0.02, "failed": [0]}},
+         "torques that are not what was asked for"),
+    Case("realistic", "all faults of sensors and motors", REALISTIC,
+         "noise against precision, where all is as expected"),
+    Case("realistic-heart", "all faults, on a beating heart", {**REALISTIC, "reference": "beating_heart"},
+         "the same with quick accelerations", duration=5.4),
+    Case("realistic-suture", "all faults, on needle drives, the centre of mass off by 5 mm",
+         {**REALISTIC, "reference": "suture", "com_shift": [0.004, 0.003, 0.0]},
+         "the same with rests, and gravity that is not where the model has it", duration=6.4),
+    Case("realistic-tremor", "all faults, tremor of a hand of 12.5 % RMS", {**REALISTIC, **_torque("tremor", 0.125)},
+         "noise against bandwidth"),
+    Case("realistic-payload", "all faults, 50 g at the tip of a plant a quarter heavier",
+         {**REALISTIC, "payload": 0.05, "mass_scale": 1.25},
+         "an inertia across the tool of nearly three times that of the model"),
+    Case("realistic-noise", "all faults, ten times the noise",
+         {**REALISTIC, "sensing.attitude_noise": 10.0 * _sensors.attitude_noise,
+          "sensing.rate_noise": 10.0 * _sensors.rate_noise}, "averaging of noise, and detectors that noise sets off"),
+    Case("realistic-no-gyro", "all faults, and no gyroscope", {**REALISTIC, "sensing.rate": "estimated"},
+         "noise of an estimated rate with late samples and motors"),
 )  # fmt: skip
-"""Default suite. Sizes of faults that are not in the meaning are those of the realistic hardware."""
+"""Default suite. What a case does not mention is as in the default experiment: a Lissajous motion, a constant torque of
+25 %, a plant a quarter heavier than its model, ideal hardware. Sizes of faults are those of the realistic hardware.
+
+Every case shows another difference between laws. Of about 140 candidates, those were left out that rank the 21 laws of
+the package like a case that stays: Spearman's rank correlation of the combined errors beyond 0.98. Of those that stay,
+most pairs are below 0.9. A constant or a 1 Hz torque on a lighter or heavier plant, which suites are usually made of,
+correlate by 0.996 with one another. By 0.98 and more they do with a shifted centre of mass, half the mass, a rate from
+exact attitudes, 5 % of lost samples, 1.5 ms of known delay, slow motors, a slender hand, a cranked tool and a suture,
+each alone: a constant torque shows one property of a law, whatever else is changed. Frequency, peak, noise, friction,
+unknown delay and large errors show others, so that here faults, masses, wrists and motions are combined with them.
+
+Left out as well is a constant torque on a plant that equals the model. There, laws with an integral leave 0.3 nm at
+the tip, ``fuzzy_integral_sliding`` 27 nm and ``fuzzy_observer_sliding`` 121 nm: ratios of hundreds that nobody can
+see.
+"""
 
 OWN = ("name", "meaning", "discriminates", "judged")
 """Keys of a case that are not parameters of the experiment."""

@@ -249,25 +249,25 @@ def as_markdown(table: Mapping[str, Any], number: Any) -> str:
         number: function that formats a number.
     """
     lines = ["# Laws compared", "", "![Errors relative to the best law, and chattering](comparison.png)", ""]
-    lines += _markdown_ranking(table, number) + _markdown_winners(table, number)
+    lines += _markdown_ranking(table) + _markdown_winners(table)
     for case in table["cases"]:
         lines += _markdown_case(table, case, number)
     return "\n".join(lines)
 
 
-def _markdown_ranking(table: Mapping[str, Any], number: Any) -> list[str]:
+def _markdown_ranking(table: Mapping[str, Any]) -> list[str]:
     lines = ["| rank | law | median ratio | 95 % interval | worst ratio | on | best on | within 5 % on | lost runs |"]
     lines.append("|---:|---|---:|---:|---:|---|---:|---:|---|")
     for row in table["laws"]:
-        low, high = (_or_lost(end, number) for end in row["median_interval_95"])
-        entries = [row["rank"], row["law"], _or_lost(row["median_ratio"], number), f"{low} – {high}"]
-        entries += [_or_lost(row["worst_ratio"], number), row["worst_case"], row["wins"], row["within_5_percent"]]
+        low, high = map(ratio_text, row["median_interval_95"])
+        entries = [row["rank"], row["law"], ratio_text(row["median_ratio"]), f"{low} – {high}"]
+        entries += [ratio_text(row["worst_ratio"]), row["worst_case"], row["wins"], row["within_5_percent"]]
         entries += [f"{row['lost_runs']} of {row['runs']}: {', '.join(row['lost'])}" if row["lost"] else "—"]
         lines.append(f"| {' | '.join(map(str, entries))} |")
     return [*lines, "", RANKING, INTERVAL, ""]
 
 
-def _markdown_winners(table: Mapping[str, Any], number: Any) -> list[str]:
+def _markdown_winners(table: Mapping[str, Any]) -> list[str]:
     lines = [
         "## Who wins what",
         "",
@@ -278,7 +278,7 @@ def _markdown_winners(table: Mapping[str, Any], number: Any) -> list[str]:
         also = ", ".join(law for law in case["within_5_percent"] if law != case["winner"]) or "—"
         lines.append(
             f"| {case['case']} | {case['discriminates']} | {case['winner'] or '—'} | {case['runner_up'] or '—'} | "
-            f"{number(case['runner_up_ratio'])} | {also} |"
+            f"{ratio_text(case['runner_up_ratio']) if case['runner_up'] else '—'} | {also} |"
         )
     return [*lines, ""]
 
@@ -298,7 +298,7 @@ def _markdown_case(table: Mapping[str, Any], case: Mapping[str, Any], number: An
     for law, cells in runs.items():
         lost = [cell["outcome"] for cell in cells if cell["outcome"] != "completed"]
         failed = f" (**{lost[0]}**, {len(lost)} of {len(cells)} runs)" if lost else ""
-        values = [ratio_in_words(rows[law], number), *(number(median_figure(cells, key)) for key in shown)]
+        values = [ratio_in_words(rows[law]), *(number(median_figure(cells, key)) for key in shown)]
         lines.append(f"| {law}{failed} | {' | '.join(values)} |")
     return [*lines, ""]
 
@@ -321,15 +321,22 @@ def seeds_in_words(case: Mapping[str, Any]) -> str:
     return f"Seeds {seeds[0]} to {seeds[-1]}" if len(seeds) > 1 else f"Seed {seeds[0]}"
 
 
-def ratio_in_words(row: Mapping[str, Any], number: Any) -> str:
+def ratio_in_words(row: Mapping[str, Any]) -> str:
     """Return the ratio of a law on a case, with its range over the seeds if there are several."""
     low, high = row["ratio_range"]
-    ratio = _or_lost(row["ratio"], number)
-    return ratio if low == high else f"{ratio} ({_or_lost(low, number)} – {_or_lost(high, number)})"
+    ratio = ratio_text(row["ratio"])
+    return ratio if low == high else f"{ratio} ({ratio_text(low)} – {ratio_text(high)})"
 
 
-def _or_lost(ratio: float | None, number: Any) -> str:
-    return LOST if ratio is None else str(number(ratio))
+def ratio_text(ratio: float | None) -> str:
+    """Write a ratio in at most five characters; infinite ones, of lost runs, are None."""
+    if ratio is None:
+        return LOST
+    if ratio < 9.995:
+        return f"{ratio:.2f}"
+    if ratio < 99.95:
+        return f"{ratio:.1f}"
+    return f"{ratio:.0f}" if ratio < 9999.5 else f"{ratio:.0e}".replace("e+0", "e")
 
 
 def median_figure(cells: Sequence[Mapping[str, Any]], key: str) -> float | None:

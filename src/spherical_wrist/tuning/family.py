@@ -8,8 +8,14 @@ from spherical_wrist.control import Law
 from spherical_wrist.errors import ParameterError
 from spherical_wrist.experiment.description import Experiment, with_changes
 
-USUAL = ("constant-light", "constant-heavy", "sinusoid-right", "realistic", "realistic-heart", "realistic-suture")
-"""Default cases: wrong masses and torques alone, and with every fault of sensors and motors.
+PLANTS = (
+    Case("constant-light", "constant torque of 25 %, plant a quarter lighter", {"mass_scale": 0.75}),
+    Case("constant-heavy", "constant torque of 25 %, plant a quarter heavier", {"mass_scale": 1.25}),
+    Case("sinusoid-right", "sinusoidal torque of 25 % at 1 Hz", {"disturbance.name": "sinusoid", "mass_scale": 1.0}),
+)
+"""Default cases with ideal hardware: wrong masses and torques alone."""
+USUAL = ("realistic", "realistic-heart", "realistic-suture")
+"""Default cases of the suite of comparisons: with every fault of sensors and motors.
 
 With ideal sensors alone, nothing would limit the gains."""
 
@@ -72,5 +78,5 @@ class Family(NamedTuple):
 
 
 def usual() -> tuple[Case, ...]:
-    """Return the cases named in ``USUAL``."""
-    return tuple(case for case in DEFAULT if case.name in USUAL)
+    """Return the default cases: ``PLANTS``, and those of the suite that ``USUAL`` names."""
+    return (*PLANTS, *(case for case in DEFAULT if case.name in USUAL))
