@@ -33,13 +33,13 @@ class BoundaryLayerSlidingMode(ModelBasedLaw):
     only while |S| < φ or where that lowers |S|, so that it cannot wind up. Integral and φ are updated before the torque
     of the same sample.
 
-    Defaults: λ, ζ and β by the criterion of ``ComputedTorqueIntegral``, far from β = λ and ζ = 1; D at least seven
-    times the acceleration by 25 % and 0.3 of what the motors can do, and μ = 1, for half the mass.
+    Defaults: λ, ζ and β by ``wrist design``; D at least seven times the acceleration by 25 % and 0.3 of what the motors
+    can do, and μ = 1, for half the mass, are assumptions on the plant.
     """
 
     status: ClassVar[LawStatus] = "rival"
     has_surface: ClassVar[bool] = True
-    tracks_to: ClassVar[Bound] = Bound(3.0e-5, 4.6e-5)
+    tracks_to: ClassVar[Bound] = Bound(5.6e-5, 8.7e-5)
 
     class State(LawState):
         """Integral of the error, and the boundary layer of the moment."""
@@ -47,11 +47,11 @@ class BoundaryLayerSlidingMode(ModelBasedLaw):
         integral: Vector = quantity(0.0, "rad·s", "∫ e dt of the surface")
         layer: NonNegativeVector = quantity(0.0, "rad/s", "boundary layer φ; 0 before the first step")
 
-    slope: Positive = quantity(130.0, "1/s", "slope λ of the sliding surface", searched=(20.0, 500.0))
+    slope: Positive = quantity(85.97, "1/s", "slope λ of the sliding surface", searched=(20.0, 500.0))
     damping_ratio: Positive = quantity(
-        0.25, "", "damping ratio ζ of the surface with integral action", searched=(0.1, 2.0)
+        0.6351, "", "damping ratio ζ of the surface with integral action", searched=(0.1, 2.0)
     )
-    bandwidth: Positive = quantity(180.0, "1/s", "bandwidth β of the boundary layer", searched=(30.0, 1000.0))
+    bandwidth: Positive = quantity(145.8, "1/s", "bandwidth β of the boundary layer", searched=(30.0, 1000.0))
     disturbance: PositiveVector = quantity(
         (130.0, 130.0, 210.0), "rad/s²", "bound D on the acceleration by disturbances, per axis", gain=False
     )

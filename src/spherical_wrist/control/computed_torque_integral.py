@@ -26,25 +26,21 @@ class ComputedTorqueIntegral(LimitAwareLaw, ComputedTorque):
     torque is beyond it, so that it does not wind up. It is updated first: the torque of a sample contains what that
     sample adds to w.
 
-    Defaults, as those of every rival law and of ``fuzzy_integral_sliding``: the smallest geometric mean of the RMS
-    error over the suite of ``wrist compare`` for which the loop neither diverges nor chatters (1.3 times what plain
-    computed torque does there) at 0.5 and 1.5 of the mass with 1.5 ms of delay and 1 ms of motor lag, nor at 0.6 and
-    1.4 of it with 1 ms of delay that nobody knows of, and a return from 0.07 rad at 1.5 of the mass does not ring. On
-    the nominal wrist, one more period late and with 1 ms of lag, that leaves every rival gain margins of 8 dB up and
-    4 dB down, and a phase margin of 20° to 33°.
+    Defaults, as those of every rival law: the gains that ``wrist design`` found, by the criterion of
+    :mod:`spherical_wrist.design.criterion`, within the ranges that the parameters declare.
     """
 
     status: ClassVar[LawStatus] = "rival"
-    tracks_to: ClassVar[Bound] = Bound(3.0e-5, 4.6e-5)
+    tracks_to: ClassVar[Bound] = Bound(8.4e-5, 1.3e-4)
 
     class State(LawState):
         """Memory of the integral."""
 
         integral: Vector = quantity(0.0, "N·m", "integral torque w")
 
-    Kp: PositiveVector = inherited(ComputedTorque, "Kp", 22900.0, searched=(1000.0, 100000.0))
-    Kv: NonNegativeVector = quantity(271.0, "1/s", "derivative gain per axis", searched=(30.0, 1000.0))
-    Ki: NonNegativeVector = quantity(3.3e6, "1/s³", "integral gain per axis", searched=(10000.0, 10000000.0))
+    Kp: PositiveVector = inherited(ComputedTorque, "Kp", 24200.0, searched=(1000.0, 100000.0))
+    Kv: NonNegativeVector = quantity(201.9, "1/s", "derivative gain per axis", searched=(30.0, 1000.0))
+    Ki: NonNegativeVector = quantity(715600.0, "1/s³", "integral gain per axis", searched=(10000.0, 10000000.0))
 
     @staticmethod
     def step(signal: Signal, parameters: Any, state: Any, command: Command) -> None:

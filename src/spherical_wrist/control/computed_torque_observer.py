@@ -34,12 +34,12 @@ class ComputedTorqueObserver(LimitAwareLaw, ComputedTorque):
 
     Assumptions: nominal inertia; d does not depend on the error. Stability: then estimate and error are in cascade and
     stable for Kp, Kv, L > 0. On a plant m times as heavy the estimate depends on the error, and the margins decide:
-    those of the defaults are of the criterion of ``ComputedTorqueIntegral``, on which the ramp leaves a quarter of the
-    error of the constant. The estimate counts only torque within ``torque_limit``, and does not exceed it.
+    the defaults are those that ``wrist design`` found. The estimate counts only torque within ``torque_limit``, and
+    does not exceed it.
     """
 
     status: ClassVar[LawStatus] = "rival"
-    tracks_to: ClassVar[Bound] = Bound(5.7e-6, 1.0e-5)
+    tracks_to: ClassVar[Bound] = Bound(2.8e-5, 5.1e-5)
 
     class State(PastPeriod):
         """Past period, and the estimated disturbance."""
@@ -47,9 +47,9 @@ class ComputedTorqueObserver(LimitAwareLaw, ComputedTorque):
         estimate: Vector = quantity(0.0, "N·m", "estimated disturbance d̂")
         growth: Vector = quantity(0.0, "N·m", "its growth T v̂ in a period")
 
-    Kp: PositiveVector = inherited(ComputedTorque, "Kp", 12000.0, searched=(1000.0, 100000.0))
-    Kv: NonNegativeVector = quantity(62.0, "1/s", "derivative gain per axis", searched=(30.0, 1000.0))
-    bandwidth: Positive = quantity(98.0, "1/s", "bandwidth L of the observer", searched=(20.0, 1000.0))
+    Kp: PositiveVector = inherited(ComputedTorque, "Kp", 3886.0, searched=(1000.0, 100000.0))
+    Kv: NonNegativeVector = quantity(107.2, "1/s", "derivative gain per axis", searched=(30.0, 1000.0))
+    bandwidth: Positive = quantity(51.04, "1/s", "bandwidth L of the observer", searched=(20.0, 1000.0))
     disturbance_model: DisturbanceModel = quantity("ramp", "", "model of the disturbance in the observer")
 
     @staticmethod

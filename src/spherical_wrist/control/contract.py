@@ -155,6 +155,7 @@ class Law(Member):
         logs: channels that the law writes besides the torque, its surface and its slope.
         status: origin of the law.
         tracks_to: errors that the law keeps below, which the tests of the package check; None of a user's law.
+        gains_from: where the gains come from, if the law is searched by ``wrist design`` and they are others.
         exempt: constraints of ``wrist design`` that the law does not claim to meet, each with the reason.
         promises: limits of such constraints that the law keeps beyond those that all laws have, by name.
         ablations: parts of the law, each with the parameters that switch it off; see ``wrist ablate``.
@@ -169,6 +170,7 @@ class Law(Member):
     logs: ClassVar[tuple[str, ...]] = ()
     status: ClassVar[LawStatus] = "user"
     tracks_to: ClassVar[Bound | None] = None
+    gains_from: ClassVar[str] = ""
     exempt: ClassVar[Mapping[str, str]] = {}
     promises: ClassVar[Mapping[str, float]] = {}
     ablations: ClassVar[Mapping[str, Mapping[str, Any]]] = {}

@@ -61,31 +61,28 @@ class FuzzyIntegralSliding(ModelBasedLaw):
     constant error b of the rate sensor would leave, e = b / λ; it waits for μ and is bounded: a large error does
     not wind it up.
 
-    The gains keep to the criterion of ``ComputedTorqueIntegral``, short of its optimum: that has λ and κ near 110/s,
-    half the error with ideal sensors, and twice the error with realistic ones. The delays of the criterion are known to
-    this law, as they are to every law with prediction; a delay of 1.25 ms that nobody knows of makes it chatter on a
-    plant of 0.6 times the mass. The paper's slope is steepest at zero; this one has the observer there.
+    Defaults by ``wrist design``. The paper's slope is steepest at zero; this one has the observer there.
     """
 
     status: ClassVar[LawStatus] = "ours"
     has_surface: ClassVar[bool] = True
-    tracks_to: ClassVar[Bound] = Bound(2.4e-6, 4.4e-6)
+    tracks_to: ClassVar[Bound] = Bound(1.4e-6, 2.5e-6)
 
     class State(Mismatch):
         """Observer, and integral of the surface."""
 
         integral: Vector = quantity(0.0, "rad·s", "z, the error that the surface integrates")
 
-    slope: Positive = quantity(32.0, "1/s", "slope λ of the surface, times α", searched=(10.0, 200.0))
-    integral: Positive = quantity(68.0, "1/s²", "integral gain λ_I of the surface", searched=(10.0, 500.0))
+    slope: Positive = quantity(19.85, "1/s", "slope λ of the surface, times α", searched=(10.0, 200.0))
+    integral: Positive = quantity(11.26, "1/s²", "integral gain λ_I of the surface", searched=(10.0, 500.0))
     integral_limit: NonNegative = quantity(
         0.0, "rad/s", "largest integral part λ_I z of the surface; 0 for that of 0.15 % of the motors", gain=False
     )
-    reaching: Positive = quantity(210.0, "1/s", "rate κ at which S decays within the layer", searched=(50.0, 1000.0))
+    reaching: Positive = quantity(216.1, "1/s", "rate κ at which S decays within the layer", searched=(50.0, 1000.0))
     phi: PositiveVector = quantity(
-        1.0, "rad/s", "boundary layer φ per axis; κ φ is the most that is spent on reaching", searched=(0.3, 10.0)
+        2.752, "rad/s", "boundary layer φ per axis; κ φ is the most that is spent on reaching", searched=(0.3, 10.0)
     )
-    bandwidth: Positive = quantity(335.0, "1/s", "bandwidth ω of the mismatch observer", searched=(50.0, 1000.0))
+    bandwidth: Positive = quantity(429.7, "1/s", "bandwidth ω of the mismatch observer", searched=(50.0, 1000.0))
     mismatch_limit: NonNegative = quantity(
         0.0, "rad/s²", "largest mismatch δ̂ that is believed; 0 for twice what the motors can do", gain=False
     )

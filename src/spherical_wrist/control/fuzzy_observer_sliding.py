@@ -57,12 +57,19 @@ class FuzzyObserverSliding(ModelBasedLaw):
     The gains come from one search (CMA-ES) over a model of one axis, for all of this at once: the errors under
     constant, sinusoidal, square and worst torques at 0.5 to 1.5 of the mass; tip error and chattering on realistic
     hardware; a sensitivity of at most 2.0, or 2.35 with late samples; and the delays that it must bear unknown. That
-    search is not part of the package; the tests assert what it promised of the whole wrist.
+    search is not part of the package; the tests assert what it promised of the whole wrist. ``wrist design`` searches
+    around them by the criterion of all laws. They keep it but for ``exempt``; what it found so far is calm there, at
+    twice the chattering or three times the error under square waves.
     """
 
     status: ClassVar[LawStatus] = "ours"
     has_surface: ClassVar[bool] = True
     tracks_to: ClassVar[Bound] = Bound(2.0e-6, 3.2e-6)
+    gains_from: ClassVar[str] = "a search over a model of one axis, outside of the package"
+    exempt: ClassVar[Mapping[str, str]] = {
+        "restlessness": "at half the mass it oscillates with 1.5 ms of known delay and 1 ms of lag, and is restless "
+        "with 0.5 ms that nobody knows of",
+    }
     promises: ClassVar[Mapping[str, float]] = {"torque_step": 0.68e-3}
     ablations: ClassVar[Mapping[str, Mapping[str, Any]]] = {
         "fusion": {"fusion_fast": 1e6, "fusion_slow": 0.0},
@@ -87,55 +94,57 @@ class FuzzyObserverSliding(ModelBasedLaw):
         )
         wanted: Vector = quantity(0.0, "rad/s²", "w of the period that begins now, before the limits of the motors")
 
-    slope: Positive = quantity(55, "1/s", "slope λ of the surface", searched=(37.0, 82.0))
+    slope: Positive = quantity(55, "1/s", "slope λ of the surface", searched=(44.0, 68.8))
     reaching: Positive = quantity(
-        301.0, "1/s", "rate κ at which S decays within the layer, where it is quiet", searched=(200.0, 450.0)
+        301.0, "1/s", "rate κ at which S decays within the layer, where it is quiet", searched=(241.0, 376.0)
     )
-    integral: NonNegative = quantity(106.0, "1/s", "gain k_I of the integral of S", searched=(71.0, 160.0))
+    integral: NonNegative = quantity(106.0, "1/s", "gain k_I of the integral of S", searched=(84.8, 132.0))
     integral_limit: NonNegative = quantity(
         0.0, "rad/s", "largest integral part k_I ∫S dt; 0 for that of 5 % of the motors", gain=False
     )
     phi: PositiveVector = quantity(
-        3.0, "rad/s", "boundary layer φ per axis; κ φ is the most that is spent on reaching", searched=(2.0, 4.5)
+        3.0, "rad/s", "boundary layer φ per axis; κ φ is the most that is spent on reaching", searched=(2.4, 3.75)
     )
-    real_pole: Positive = quantity(1140.0, "1/s", "real pole of the observer", searched=(760.0, 1700.0))
-    pair: Positive = quantity(603.0, "1/s", "natural frequency of its pair of poles", searched=(400.0, 900.0))
-    damping_ratio: Positive = quantity(0.548, "", "damping ratio of that pair, up to 1", searched=(0.37, 0.81))
+    real_pole: Positive = quantity(1140.0, "1/s", "real pole of the observer", searched=(912.0, 1420.0))
+    pair: Positive = quantity(603.0, "1/s", "natural frequency of its pair of poles", searched=(482.0, 754.0))
+    damping_ratio: Positive = quantity(0.548, "", "damping ratio of that pair, up to 1", searched=(0.438, 0.685))
     decay: Positive = quantity(
-        1310.0, "1/s", "rate a at which the ramp of the mismatch decays", searched=(870.0, 2000.0)
+        1310.0, "1/s", "rate a at which the ramp of the mismatch decays", searched=(1050.0, 1640.0)
     )
-    filter_first: NonNegative = quantity(0.303, "", "gain q₀ of the filter Q", searched=(0.2, 0.45))
-    filter_second: NonNegative = quantity(0.0902, "", "gain q₁ of the filter Q", searched=(0.06, 0.14))
-    filter_pole: Positive = quantity(1600.0, "1/s", "double pole of the filter Q", searched=(1100.0, 2400.0))
+    filter_first: NonNegative = quantity(0.303, "", "gain q₀ of the filter Q", searched=(0.242, 0.379))
+    filter_second: NonNegative = quantity(0.0902, "", "gain q₁ of the filter Q", searched=(0.0722, 0.113))
+    filter_pole: Positive = quantity(1600.0, "1/s", "double pole of the filter Q", searched=(1280.0, 2000.0))
     fusion_fast: NonNegative = quantity(
-        6.0, "1/s", "first pole of the fusion; beyond 1e5 the attitude is not averaged", searched=(4.0, 9.0)
+        6.0, "1/s", "first pole of the fusion; beyond 1e5 the attitude is not averaged", searched=(4.8, 7.5)
     )
-    fusion_slow: NonNegative = quantity(3.0, "1/s", "second pole of the fusion; 0 for no bias", searched=(2.0, 4.5))
-    surprised: Positive = quantity(1.5, "", "factor of the bandwidths where innovations surprise", searched=(1.0, 2.2))
-    quiet: Positive = quantity(3.14, "", "largest innovation, in σ̂, that is fully quiet", searched=(2.1, 4.7))
+    fusion_slow: NonNegative = quantity(3.0, "1/s", "second pole of the fusion; 0 for no bias", searched=(2.4, 3.75))
+    surprised: Positive = quantity(1.5, "", "factor of the bandwidths where innovations surprise", searched=(1.2, 1.88))
+    quiet: Positive = quantity(3.14, "", "largest innovation, in σ̂, that is fully quiet", searched=(2.51, 3.93))
     surprising: Positive = quantity(
-        3.42, "", "innovation, in σ̂, beyond which it is fully surprised", searched=(2.3, 5.1)
+        3.42, "", "innovation, in σ̂, beyond which it is fully surprised", searched=(2.74, 4.28)
     )
-    memory: Positive = quantity(77.1, "1/s", "rate at which a surprise is forgotten", searched=(51.0, 120.0))
+    memory: Positive = quantity(77.1, "1/s", "rate at which a surprise is forgotten", searched=(61.7, 96.4))
     floor: Positive = quantity(
         1.3e-3, "rad/s", "least standard deviation of the innovations, that of realistic sensors", gain=False
     )
-    noise_rate: Positive = quantity(2.0, "1/s", "rate at which the noise is estimated", searched=(1.3, 3.0))
+    noise_rate: Positive = quantity(2.0, "1/s", "rate at which the noise is estimated", searched=(1.6, 2.5))
     gain_walk: NonNegative = quantity(
-        0.0016, "", "standard deviation of a sample's change of the input's gain", searched=(0.0011, 0.0024)
+        0.0016, "", "standard deviation of a sample's change of the input's gain", searched=(0.00128, 0.002)
     )
     delay_walk: NonNegative = quantity(
-        0.0018, "", "standard deviation of a sample's change of its delay, in periods", searched=(0.0012, 0.0027)
+        0.0018, "", "standard deviation of a sample's change of its delay, in periods", searched=(0.00144, 0.00225)
     )
-    gain_spread: NonNegative = quantity(0.53, "", "standard deviation of the gain at the start", searched=(0.35, 0.8))
+    gain_spread: NonNegative = quantity(
+        0.53, "", "standard deviation of the gain at the start", searched=(0.424, 0.663)
+    )
     delay_spread: NonNegative = quantity(
-        1.7, "", "standard deviation of the delay at the start, in periods", searched=(1.1, 2.5)
+        1.7, "", "standard deviation of the delay at the start, in periods", searched=(1.36, 2.12)
     )
     leak: NonNegative = quantity(
-        0.39, "1/s", "rate at which the estimates of gain and delay return to 1 and 0", searched=(0.26, 0.58)
+        0.39, "1/s", "rate at which the estimates of gain and delay return to 1 and 0", searched=(0.312, 0.488)
     )
     discount: NonNegative = quantity(
-        18.8, "", "weight c of a surprise in the variance of the identification", searched=(13.0, 28.0)
+        18.8, "", "weight c of a surprise in the variance of the identification", searched=(15.0, 23.5)
     )
 
     @property

@@ -30,23 +30,22 @@ class GeometricTracking(LimitAwareLaw):
 
     Assumptions: d does not depend on the error. Stability with the integral: exponential for small c (Goodarzi, Lee
     and Leok, 2013, by V with cross terms in e_R, ė and w + d); near e = 0 exactly for k_I c < k_Ω (k_R + k_I) (Routh).
-    The defaults, by the criterion of ``ComputedTorqueIntegral``, use half of the latter condition's room, and more than
-    the former's. The integral stops at ``torque_limit``, and while the whole torque is beyond it.
+    Defaults by ``wrist design``. The integral stops at ``torque_limit``, and while the whole torque is beyond it.
     """
 
     status: ClassVar[LawStatus] = "rival"
-    tracks_to: ClassVar[Bound] = Bound(3.0e-5, 4.6e-5)
+    tracks_to: ClassVar[Bound] = Bound(6.9e-5, 1.1e-4)
 
     class State(LawState):
         """Memory of the integral."""
 
         integral: Vector = quantity(0.0, "N·m", "integral torque w")
 
-    Kr: Positive = quantity(2860.0, "1/s²", "attitude gain k_R", searched=(500.0, 50000.0))
-    Kw: Positive = quantity(256.0, "1/s", "rate gain k_Ω", searched=(30.0, 1000.0))
-    Ki: NonNegative = quantity(22300.0, "1/s²", "integral gain k_I", searched=(1000.0, 100000.0))
+    Kr: Positive = quantity(6248.0, "1/s²", "attitude gain k_R", searched=(500.0, 50000.0))
+    Kw: Positive = quantity(199.2, "1/s", "rate gain k_Ω", searched=(30.0, 1000.0))
+    Ki: NonNegative = quantity(13460.0, "1/s²", "integral gain k_I", searched=(1000.0, 100000.0))
     slope: Positive = quantity(
-        153.0, "1/s", "share c of the attitude error in the integral, against the rate error", searched=(10.0, 500.0)
+        64.64, "1/s", "share c of the attitude error in the integral, against the rate error", searched=(10.0, 500.0)
     )
     attitude_error: AttitudeError = quantity("sine", "", "attitude error vector e_R")
 

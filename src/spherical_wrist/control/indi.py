@@ -37,11 +37,11 @@ class INDI(ModelBasedLaw):
     Assumptions: nominal inertia; δ slow against the filter. Stability: F and feedback are in cascade, and stable for
     all positive parameters. On a plant m times as heavy δ depends on w, and the margins decide.
 
-    Defaults by the criterion of ``LinearADRC``.
+    Defaults by ``wrist design``.
     """
 
     status: ClassVar[LawStatus] = "rival"
-    tracks_to: ClassVar[Bound] = Bound(3.0e-5, 4.6e-5)
+    tracks_to: ClassVar[Bound] = Bound(8.4e-6, 1.3e-5)
 
     class State(PastCommands):
         """Filter of the missed acceleration, and memory of the commands."""
@@ -50,9 +50,9 @@ class INDI(ModelBasedLaw):
         missed: Vector = quantity(0.0, "rad/s²", "filtered acceleration δ_f that the command missed")
         before: Vector = quantity(0.0, "rad/s²", "the same one period ago")
 
-    bandwidth: Positive = quantity(87.0, "1/s", "bandwidth ω_c of the feedback", searched=(20.0, 500.0))
-    filter_bandwidth: Positive = quantity(510.0, "1/s", "bandwidth ω_f of the filter", searched=(50.0, 2000.0))
-    damping_ratio: Positive = quantity(0.72, "", "damping ratio ζ of the filter", searched=(0.4, 2.0))
+    bandwidth: Positive = quantity(112.4, "1/s", "bandwidth ω_c of the feedback", searched=(20.0, 500.0))
+    filter_bandwidth: Positive = quantity(730.1, "1/s", "bandwidth ω_f of the filter", searched=(50.0, 2000.0))
+    damping_ratio: Positive = quantity(0.5404, "", "damping ratio ζ of the filter", searched=(0.4, 2.0))
 
     @staticmethod
     def step(signal: Signal, parameters: Any, state: Any, command: Command) -> None:

@@ -51,10 +51,10 @@ class KalmanLaw(ModelBasedLaw):
     rate_noise: Positive = quantity(1.1e-3, "rad/s", "standard deviation σ_ω of the rate per sample", gain=False)
     bias_walk: Positive = quantity(1e-4, "rad/(s·s½)", "density q_b of the bias's random walk", gain=False)
     disturbance_walk: Positive = quantity(
-        80.0, "rad/(s²·s½)", "density q_δ of the disturbance's random walk", searched=(1.0, 1000.0)
+        331.0, "rad/(s²·s½)", "density q_δ of the disturbance's random walk", searched=(1.0, 1000.0)
     )
     growth_walk: Positive = quantity(
-        2600.0, "rad/(s³·s½)", "density q_γ of its growth's random walk", searched=(30.0, 30000.0)
+        1070.0, "rad/(s³·s½)", "density q_γ of its growth's random walk", searched=(30.0, 30000.0)
     )
 
     def designed(self, period: float) -> dict[str, Array]:

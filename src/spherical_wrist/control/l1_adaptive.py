@@ -36,11 +36,11 @@ class L1Adaptive(ModelBasedLaw):
     Assumptions: nominal inertia; bounded σ and dσ/dt. Stability: predictor, filter and feedback are in cascade for a σ
     that does not depend on the error, stable for all positive parameters.
 
-    Defaults by the criterion of ``LinearADRC``.
+    Defaults by ``wrist design``.
     """
 
     status: ClassVar[LawStatus] = "rival"
-    tracks_to: ClassVar[Bound] = Bound(3.0e-5, 4.6e-5)
+    tracks_to: ClassVar[Bound] = Bound(7.9e-6, 1.3e-5)
 
     class State(PastCommands):
         """Predictor, estimate and filter, and memory of the commands."""
@@ -50,8 +50,8 @@ class L1Adaptive(ModelBasedLaw):
         estimate: Vector = quantity(0.0, "rad/s²", "estimate σ̂ of what the model misses")
         filtered: Vector = quantity(0.0, "rad/s²", "the same behind the filter C")
 
-    bandwidth: Positive = quantity(90.0, "1/s", "bandwidth ω_m of the desired dynamics", searched=(20.0, 500.0))
-    filter_bandwidth: Positive = quantity(385.0, "1/s", "bandwidth ω_l of the filter C", searched=(50.0, 2000.0))
+    bandwidth: Positive = quantity(124.6, "1/s", "bandwidth ω_m of the desired dynamics", searched=(20.0, 500.0))
+    filter_bandwidth: Positive = quantity(828.5, "1/s", "bandwidth ω_l of the filter C", searched=(50.0, 2000.0))
     predictor: Positive = quantity(0.001, "1/s", "rate a at which the predictor forgets", gain=False)
 
     @staticmethod

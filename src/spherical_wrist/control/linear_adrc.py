@@ -39,16 +39,11 @@ class LinearADRC(ModelBasedLaw):
     Assumptions: nominal inertia, f independent of the error. Stability: observer and feedback are then in cascade, and
     stable for all positive bandwidths. A plant m times as heavy has f = (1 − 1/m) w + …, and the margins decide.
 
-    Defaults, as those of ``INDI``, ``L1Adaptive``, ``RISE``, ``LQG`` and ``LinearMPC``: of the linear loop of one axis
-    the smallest geometric mean of four figures, the error by 1 Hz, and, with 0.5 ms of delay and 0.5 ms of lag, the
-    error by realistic noise, its peak by the worst waveform at 1.25 of the mass, and the variation of torque; for which
-    Ms ≤ 2 and the disk margin is at least 0.5 there and on ideal hardware, 1 ms that nobody knows of leaves it stable
-    at 0.5 to 1.5 of the mass, the margins of ``ComputedTorqueIntegral`` are kept, and 1 Hz leaves at most 2.7 µrad for
-    a rad/s². Found by the simplex of Nelder and Mead (1965); the optimum is flat.
+    Defaults by ``wrist design``.
     """
 
     status: ClassVar[LawStatus] = "rival"
-    tracks_to: ClassVar[Bound] = Bound(3.0e-5, 4.6e-5)
+    tracks_to: ClassVar[Bound] = Bound(7.9e-6, 1.3e-5)
 
     class State(PastCommands):
         """State of the observer, and memory of the commands."""
@@ -57,8 +52,8 @@ class LinearADRC(ModelBasedLaw):
         rate_error: Vector = quantity(0.0, "rad/s", "estimated rate error z₂")
         disturbance: Vector = quantity(0.0, "rad/s²", "estimated total disturbance z₃")
 
-    bandwidth: Positive = quantity(92.0, "1/s", "bandwidth ω_c of the feedback", searched=(20.0, 500.0))
-    observer_bandwidth: Positive = quantity(660.0, "1/s", "bandwidth ω_o of the observer", searched=(50.0, 2000.0))
+    bandwidth: Positive = quantity(116.9, "1/s", "bandwidth ω_c of the feedback", searched=(20.0, 500.0))
+    observer_bandwidth: Positive = quantity(1535.0, "1/s", "bandwidth ω_o of the observer", searched=(50.0, 2000.0))
     output: Output = quantity("rate", "", "what the observer is driven by")
 
     @staticmethod

@@ -46,11 +46,11 @@ class LinearMPC(KalmanLaw):
     alone there always is a plan; that the cost falls is certain only where the regulator meets no limit after the
     horizon (there, section 2.4), which from a large error it does: no proof is claimed for those.
 
-    Defaults by the criterion of ``LinearADRC``; the filter believes in the noise of realistic sensors.
+    Defaults by ``wrist design``; the filter believes in the noise of realistic sensors.
     """
 
     status: ClassVar[LawStatus] = "rival"
-    tracks_to: ClassVar[Bound] = Bound(1.1e-5, 1.6e-5)
+    tracks_to: ClassVar[Bound] = Bound(2.5e-5, 3.8e-5)
 
     class State(Estimate):
         """State of the filter, memory of the commands, and the plan."""
@@ -58,7 +58,7 @@ class LinearMPC(KalmanLaw):
         plan: _Plan = quantity(((0.0,) * HORIZON,) * 3, "rad/s²", "planned accelerations c, the next first")
 
     bandwidth: Positive = quantity(
-        200.0, "1/s", "bandwidth ω of the regulator: 1/ω⁶ is the weight of a change of c", searched=(20.0, 500.0)
+        139.6, "1/s", "bandwidth ω of the regulator: 1/ω⁶ is the weight of a change of c", searched=(20.0, 500.0)
     )
 
     def designed(self, period: float) -> dict[str, Array]:

@@ -36,18 +36,18 @@ class LQG(KalmanLaw):
     Assumptions: nominal inertia; noise as declared. Stability: nominally guaranteed by both Riccati equations, e and ė
     being controllable, and all five states observable and excited by the declared noise.
 
-    Defaults by the criterion of ``LinearADRC``; the filter believes in the noise of realistic sensors.
+    Defaults by ``wrist design``; the filter believes in the noise of realistic sensors.
     """
 
     status: ClassVar[LawStatus] = "rival"
-    tracks_to: ClassVar[Bound] = Bound(1.3e-5, 2.3e-5)
+    tracks_to: ClassVar[Bound] = Bound(2.9e-6, 4.5e-6)
 
     State = Estimate
 
-    disturbance_walk: Positive = inherited(KalmanLaw, "disturbance_walk", 7.0)
-    growth_walk: Positive = inherited(KalmanLaw, "growth_walk", 380.0)
+    disturbance_walk: Positive = inherited(KalmanLaw, "disturbance_walk", 20.94)
+    growth_walk: Positive = inherited(KalmanLaw, "growth_walk", 241.8)
     bandwidth: Positive = quantity(
-        43.0, "1/s", "bandwidth ω of the regulator: 1/ω⁴ is the weight of w²", searched=(20.0, 500.0)
+        201.8, "1/s", "bandwidth ω of the regulator: 1/ω⁴ is the weight of w²", searched=(20.0, 500.0)
     )
 
     def designed(self, period: float) -> dict[str, Array]:

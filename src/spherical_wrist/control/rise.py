@@ -37,27 +37,27 @@ class RISE(LimitAwareLaw):
     The integral stops at the limits of the motors, and while the whole torque is beyond them. It is updated first: the
     torque of a sample contains what that sample adds to w.
 
-    Defaults by the criterion of ``LinearADRC``, in the layer. Known lateness is not compensated.
+    Defaults by ``wrist design``, in the layer. Known lateness is not compensated.
     """
 
     status: ClassVar[LawStatus] = "rival"
     has_surface: ClassVar[bool] = True
-    tracks_to: ClassVar[Bound] = Bound(3.0e-5, 4.6e-5)
+    tracks_to: ClassVar[Bound] = Bound(6.5e-5, 1.0e-4)
 
     class State(LawState):
         """Memory of the integral."""
 
         integral: Vector = quantity(0.0, "N·m", "integral torque w")
 
-    slope: Positive = quantity(140.0, "1/s", "slope λ of S (α₁)", searched=(20.0, 500.0))
-    K: Positive = quantity(87.0, "1/s", "gain k of S (k_s + 1)", searched=(20.0, 500.0))
-    integral_rate: Positive = quantity(84.0, "1/s", "rate α of the linear integral (α₂)", searched=(10.0, 500.0))
+    slope: Positive = quantity(53.57, "1/s", "slope λ of S (α₁)", searched=(20.0, 500.0))
+    K: Positive = quantity(129.4, "1/s", "gain k of S (k_s + 1)", searched=(20.0, 500.0))
+    integral_rate: Positive = quantity(116.2, "1/s", "rate α of the linear integral (α₂)", searched=(10.0, 500.0))
     sign_gain: NonNegativeVector = quantity(
-        940.0, "rad/s³", "gain β of the integral of the sign, per axis", searched=(30.0, 3000.0)
+        261.9, "rad/s³", "gain β of the integral of the sign, per axis", searched=(30.0, 3000.0)
     )
     switching: SwitchingName = quantity("saturation", "", "switching function")
     phi: PositiveVector = quantity(
-        0.1, "rad/s", "boundary layer φ per axis; sign only reports with it", searched=(0.03, 1.0)
+        0.1141, "rad/s", "boundary layer φ per axis; sign only reports with it", searched=(0.03, 1.0)
     )
 
     @property

@@ -38,14 +38,13 @@ class SlotineLi(LimitAwareLaw):
     onto bounds, which does not increase V for a θ* within them, and rests while the torque is beyond ``torque_limit``.
     Of a sample's torque, c already contains what the sample taught; the rest of θ is that of the samples before.
 
-    Defaults: λ, K and γ_c by the criterion of ``ComputedTorqueIntegral``, in motion too. It wants the other gains as
-    small as can be, since each γ adds to the same loop gain while only c helps against every disturbance; with noise
-    and delays, a fast ΔH drifts.
+    Defaults by ``wrist design``. Each γ adds to the same loop gain, while only c helps against every disturbance; with
+    noise and delays, a fast ΔH drifts.
     """
 
     status: ClassVar[LawStatus] = "rival"
     has_surface: ClassVar[bool] = True
-    tracks_to: ClassVar[Bound] = Bound(3.0e-5, 4.6e-5)
+    tracks_to: ClassVar[Bound] = Bound(4.2e-5, 6.5e-5)
 
     class State(LawState):
         """Learned deviations θ of the wrist from the nominal model."""
@@ -55,17 +54,19 @@ class SlotineLi(LimitAwareLaw):
         damping: Vector = quantity(0.0, "N·m·s/rad", "viscous damping b")
         constant: Vector = quantity(0.0, "N·m", "constant torque c")
 
-    slope: Positive = quantity(191.0, "1/s", "slope λ of the sliding surface", searched=(20.0, 500.0))
-    K: Positive = quantity(55.0, "1/s", "gain of the surface", searched=(20.0, 500.0))
+    slope: Positive = quantity(75.0, "1/s", "slope λ of the sliding surface", searched=(20.0, 500.0))
+    K: Positive = quantity(140.8, "1/s", "gain of the surface", searched=(20.0, 500.0))
     inertia_adaptation: NonNegative = quantity(
-        1e-4, "s²/rad²", "adaptation gain of the inertia", searched=(1e-05, 0.01)
+        0.0006526, "s²/rad²", "adaptation gain of the inertia", searched=(1e-05, 0.01)
     )
     gravity_adaptation: NonNegative = quantity(
-        20.0, "1/s²", "adaptation gain of the gravity moment", searched=(1.0, 1000.0)
+        105.5, "1/s²", "adaptation gain of the gravity moment", searched=(1.0, 1000.0)
     )
-    damping_adaptation: NonNegative = quantity(0.07, "1/rad²", "adaptation gain of the damping", searched=(0.001, 1.0))
+    damping_adaptation: NonNegative = quantity(
+        0.1107, "1/rad²", "adaptation gain of the damping", searched=(0.001, 1.0)
+    )
     torque_adaptation: NonNegative = quantity(
-        17400.0, "1/s²", "adaptation gain of the constant torque", searched=(1000.0, 100000.0)
+        19150.0, "1/s²", "adaptation gain of the constant torque", searched=(1000.0, 100000.0)
     )
     inertia_limit: Positive = quantity(
         0.5, "", "largest deviation of the inertia, as a share of the nominal one", gain=False

@@ -32,27 +32,26 @@ class SuperTwisting(LimitAwareLaw):
     is a limit cycle. Within a layer the law is linear, S̈ + (k₁/√φ) Ṡ + (k₂/φ) S = −H⁻¹ ḋ, stable and without
     chattering: a constant d still leaves nothing, a slow one S = φ H⁻¹ ḋ / k₂. Outside of it, it is that of Levant.
 
-    Defaults: λ, k₁ and k₂ by the criterion of ``ComputedTorqueIntegral`` for a layer in which they are Levant's too,
-    with L = 188 rad/s³, what 25 % at 1 Hz do to the spin axis. ``sign`` cannot meet the criterion: with λ =
-    100/s, k₁ = 15 and k₂ = 250 it leaves a few 10⁻⁶ rad in those cases, at 5 to 16 times the chattering of plain
-    computed torque. The integral stops at ``torque_limit``, and while the whole torque is beyond it.
+    Defaults by ``wrist design``, in the layer. ``sign`` cannot meet its constraints: with λ = 100/s, k₁ = 15 and k₂ =
+    250 it leaves a few 10⁻⁶ rad, at 5 to 16 times the chattering of plain computed torque. The integral stops at
+    ``torque_limit``, and while the whole torque is beyond it.
     """
 
     status: ClassVar[LawStatus] = "rival"
     has_surface: ClassVar[bool] = True
-    tracks_to: ClassVar[Bound] = Bound(3.0e-5, 4.6e-5)
+    tracks_to: ClassVar[Bound] = Bound(3.2e-5, 4.9e-5)
 
     class State(LawState):
         """Memory of the integral."""
 
         integral: Vector = quantity(0.0, "N·m", "integral torque w")
 
-    k1: PositiveVector = quantity(38.9, "rad½/(s·s½)", "gain k₁ of the root per axis", searched=(5.0, 200.0))
-    k2: PositiveVector = quantity(8850.0, "rad/s³", "gain k₂ of the integral per axis", searched=(500.0, 50000.0))
-    slope: Positive = quantity(190.0, "1/s", "slope λ of the sliding surface", searched=(20.0, 500.0))
+    k1: PositiveVector = quantity(63.8, "rad½/(s·s½)", "gain k₁ of the root per axis", searched=(5.0, 200.0))
+    k2: PositiveVector = quantity(5752.0, "rad/s³", "gain k₂ of the integral per axis", searched=(500.0, 50000.0))
+    slope: Positive = quantity(142.9, "1/s", "slope λ of the sliding surface", searched=(20.0, 500.0))
     switching: SwitchingName = quantity("saturation", "", "switching function")
     phi: PositiveVector = quantity(
-        0.5, "rad/s", "boundary layer φ per axis; sign only reports with it", searched=(0.05, 2.0)
+        0.4302, "rad/s", "boundary layer φ per axis; sign only reports with it", searched=(0.05, 2.0)
     )
 
     @property

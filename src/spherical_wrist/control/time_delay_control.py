@@ -25,18 +25,18 @@ class TimeDelayControl(LimitAwareLaw):
     gain, for hardware with delays. Summed up, δ = (s H / T) (ė + Kv e + Kp ∫ e dt): a PID around feedback linearisation
     (Chang and Jung, 2009), in which the attitude error enters through an integral only.
 
-    Defaults by the criterion of ``ComputedTorqueIntegral``. ĥ counts only torque within ``torque_limit``, and does not
+    Defaults by ``wrist design``. ĥ counts only torque within ``torque_limit``, and does not
     exceed it.
     """
 
     status: ClassVar[LawStatus] = "rival"
-    tracks_to: ClassVar[Bound] = Bound(3.0e-5, 4.6e-5)
+    tracks_to: ClassVar[Bound] = Bound(6.4e-5, 9.8e-5)
 
     State = PastPeriod
 
-    Kp: PositiveVector = quantity(11500.0, "1/s²", "proportional gain per axis", searched=(1000.0, 100000.0))
-    Kv: NonNegativeVector = quantity(78.5, "1/s", "derivative gain per axis", searched=(30.0, 1000.0))
-    inertia_share: Positive = quantity(0.268, "", "share s of the nominal inertia that M̄ is", searched=(0.05, 1.0))
+    Kp: PositiveVector = quantity(4834.0, "1/s²", "proportional gain per axis", searched=(1000.0, 100000.0))
+    Kv: NonNegativeVector = quantity(119.6, "1/s", "derivative gain per axis", searched=(30.0, 1000.0))
+    inertia_share: Positive = quantity(0.1963, "", "share s of the nominal inertia that M̄ is", searched=(0.05, 1.0))
 
     @staticmethod
     def step(signal: Signal, parameters: Any, state: Any, command: Command) -> None:

@@ -10,7 +10,8 @@ The keys of the JSON object are stable:
                  ``value``, null for a margin without end and for what could not be measured; ``limit``, which a law may
                  promise to be tighter; ``met``; ``claimed``, and ``reason`` where the law does not claim it),
                  ``figures``, ``objective`` (null if a run is lost), ``gains_from`` (``criterion``: the defaults are the
-                 gains that the package keeps as found; ``paper``; ``baseline``; ``given``)
+                 gains that the package keeps as found; ``elsewhere``: the law says where; ``paper``; ``baseline``;
+                 ``given``)
 ``found``        of a search, by law: ``seed``, ``trials``, ``gains``, and ``ranges`` (``low``, ``high``, ``unit``)
 ``versions``     of the packages and the platform
 ``files``        names of the files written
@@ -69,7 +70,9 @@ def _law(label: str, law: Law, verdict: Verdict) -> dict[str, Any]:
 
 
 def gains_from(law: Law) -> str:
-    """Return where the gains of a law come from: ``criterion``, ``paper``, ``baseline`` or ``given``."""
+    """Return where the gains of a law come from: see ``gains_from`` above."""
+    if law.gains_from and law == type(law)():
+        return "elsewhere"
     kept = shipped()["laws"].get(law.name)
     if kept is not None and not law.files:
         return "criterion" if law == law.replaced(**kept["gains"]) else "given"
