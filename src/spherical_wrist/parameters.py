@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     import numpy.typing as npt
 
 
-def _per_axis(value: Any) -> Any:
+def per_axis(value: Any) -> Any:
     """Expand one number to all three axes, and turn arrays into tuples."""
     value = value.tolist() if hasattr(value, "tolist") else value
     if isinstance(value, bool | int | float):
@@ -33,7 +33,7 @@ def _per_axis(value: Any) -> Any:
 
 Positive = Annotated[float, Field(gt=0)]
 NonNegative = Annotated[float, Field(ge=0)]
-Components = Annotated[tuple[float, float, float], BeforeValidator(_per_axis)]
+Components = Annotated[tuple[float, float, float], BeforeValidator(per_axis)]
 """A vector within another value; a field of its own is a ``Vector``."""
 
 if TYPE_CHECKING:
@@ -50,8 +50,8 @@ if TYPE_CHECKING:
     NonNegativeVector = _PerAxis
 else:
     Vector = Components
-    PositiveVector = Annotated[tuple[Positive, Positive, Positive], BeforeValidator(_per_axis)]
-    NonNegativeVector = Annotated[tuple[NonNegative, NonNegative, NonNegative], BeforeValidator(_per_axis)]
+    PositiveVector = Annotated[tuple[Positive, Positive, Positive], BeforeValidator(per_axis)]
+    NonNegativeVector = Annotated[tuple[NonNegative, NonNegative, NonNegative], BeforeValidator(per_axis)]
 
 
 def quantity(
