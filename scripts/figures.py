@@ -116,7 +116,9 @@ def compute_suite() -> Figures:
     }
 
 
-SUITE_LAW = ("law", "median_ratio", "median_interval_95", "worst_ratio", "worst_case", "wins", "within_5_percent", "lost")
+SUITE_LAW = (
+    *("law", "median_ratio", "median_interval_95", "worst_ratio", "worst_case", "wins", "within_5_percent", "lost"),
+)
 SUITE_CASE = ("case", "discriminates", "winner", "runner_up", "runner_up_ratio", "within_5_percent", "lost_by")
 """Figures of the comparison that are kept, of each law and of each case."""
 

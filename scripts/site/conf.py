@@ -40,7 +40,7 @@ nitpick_ignore_regex = [
     (r"py:class", r"spherical_wrist\..*\.(Item|Made|Result|Shown|Task|Value)"),
     (
         r"py:class",
-        r"Figure|Path|PathLike|PPoly|CubicSpline|ViewerClient|tuple\[float",
+        r"Figure|Path|PathLike|TyperException|PPoly|CubicSpline|ViewerClient|tuple\[float",
     ),  # written as text, because importing them takes time
 ]
 

@@ -32,7 +32,7 @@ def read_campaign(file: Path, changes: Mapping[str, Any] | None = None) -> Campa
 
     Args:
         file: campaign file.
-        changes: see :meth:`Campaign.from_toml`.
+        changes: see :meth:`~spherical_wrist.campaign.description.Campaign.from_toml`.
 
     Raises:
         WristError: the campaign is not valid.
@@ -57,7 +57,7 @@ def resume(
         anyway: if True, accept other versions of packages.
         file: the campaign file, to check that it is the same campaign. What it names is then trusted.
         trust: load the Python files that the folder names.
-        changes: of that file; see :meth:`Campaign.from_toml`.
+        changes: of that file; see :meth:`~spherical_wrist.campaign.description.Campaign.from_toml`.
 
     Raises:
         CampaignError: there is no campaign, it has changed, or it names Python code that is not trusted.
