@@ -185,10 +185,12 @@ def test_a_file_is_not_run_to_find_a_class_in_it(wrist, tmp_path):
     assert not (tmp_path / "ran").exists()
 
 
-def test_quiet_prints_only_errors_and_json(wrist):
+def test_quiet_prints_only_warnings_errors_and_json(wrist):
     short = ("--duration", 0.1, "--law", "pd")
     assert wrist("run", *short, "-q") == (0, "", "")
-    assert wrist("-q", "run", *short, "--disturbance", 3) == (0, "", "")
+    code, out, err = wrist("-q", "run", *short, "--disturbance", 100)
+    assert (code, out) == (0, "")
+    assert err.startswith("wrist: warning: "), "a doubtful run is never silent"
     assert json.loads(wrist("run", "-q", "--json", *short)[1])["outcome"] == "completed"
     code, out, err = wrist("run", "-q", "--law", "none")
     assert (code, out) == (2, "")

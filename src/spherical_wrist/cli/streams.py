@@ -35,9 +35,8 @@ def complain(text: str, kind: str = "error") -> None:
 
 
 def warned(text: str) -> None:
-    """Print a warning in one line on the error stream; nothing with ``--quiet``."""
-    if not is_quiet():
-        complain(text, "warning")
+    """Print a warning in one line on the error stream, with ``--quiet`` too: a doubtful run is never silent."""
+    complain(text, "warning")
 
 
 def say(text: object) -> None:

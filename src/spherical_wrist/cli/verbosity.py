@@ -1,4 +1,4 @@
-"""Amount of output of the command: only errors and ``--json``, the usual, or every stage of the work."""
+"""Amount of output of the command: only warnings, errors and ``--json``, the usual, or every stage of the work."""
 
 import sys
 from enum import IntEnum
@@ -17,7 +17,7 @@ class Verbosity(IntEnum):
     VERBOSE = 2
 
 
-Quiet = Annotated[bool, Option("--quiet", "-q", help="print only errors, and --json")]
+Quiet = Annotated[bool, Option("--quiet", "-q", help="print only warnings, errors, and --json")]
 Verbose = Annotated[bool, Option("--verbose", "-v", help="print every stage, and how long it takes")]
 
 _level = Verbosity.NORMAL
@@ -42,7 +42,7 @@ def set_verbosity(*, quiet: bool, verbose: bool) -> None:
 
 
 def is_quiet() -> bool:
-    """Return True if only errors and JSON are printed."""
+    """Return True if only warnings, errors and JSON are printed."""
     return _level == Verbosity.QUIET
 
 
