@@ -80,6 +80,8 @@ def test_the_shared_options_are_heard(name, wrist):
     law = {"tune": ["pd"], "ablate": ["fuzzy_observer_sliding"], "run": ["--law", "pd"]}.get(name, ["--law", "pd"])
     if name == "sweep":
         law = ["c.toml"]
+    if name == "plot":
+        law += ["-o", "a.png"]
     for option, value in (("--hardware", "perfect"), ("--model", "none.xml"), ("--set", "mass_scale=-1")):
         Path("c.toml").write_text(CAMPAIGN)
         code, out, err = wrist(name, *law, option, value)

@@ -463,7 +463,7 @@ def test_an_episode_is_recorded_like_a_run(tmp_path, action):
     path = run.save(tmp_path / "agent.rrd")
     inspection = inspect(path)
     inspection.check()
-    assert inspection.run.headline().startswith("agent on lissajous, 0.71 s, completed")
+    assert inspection.run.headline().startswith("agent on lissajous, 0.71 s: exceeds 0.1 mm")
     with pytest.raises(WristError, match="cannot be simulated again without the agent"):
         replay(path)
 

@@ -503,7 +503,7 @@ def test_errors_and_metrics_are_the_true_ones():
         ({"rate_noise": float("nan")}, "finite"),
         ({"atitude_noise": 1e-3}, "did you mean 'attitude_noise'"),
         ("perfect", "'ideal', 'realistic'|ideal, realistic"),
-        (3.0, "a name, or a table"),
+        (3.0, "a name, a table"),
     ],
 )
 def test_what_cannot_be_a_sensor_is_refused_in_one_line(given, said):

@@ -18,6 +18,7 @@ import needs
 from sampling import some
 from spherical_wrist import Experiment, load_recording, record, simulate
 from spherical_wrist.cli import main
+from spherical_wrist.colours import AXES, rgb
 from spherical_wrist.recording.address import Address, free_port, is_listening
 from spherical_wrist.recording.screenshot import Screenshot
 from spherical_wrist.wrist import Wrist
@@ -28,8 +29,6 @@ SCREEN = {"DISPLAY": ":0"}
 """As if there were one: what is run in these tests opens no window."""
 
 BACKGROUND = np.array([58, 64, 74]) / 255.0
-CURVES = {"x": (235, 85, 80), "y": (95, 200, 115), "z": (90, 150, 250)}
-"""Colours of the axes in the plots."""
 
 
 @pytest.fixture(scope="module")
@@ -111,8 +110,8 @@ def test_a_picture_shows_the_wrist_where_it_is_at_that_time_and_the_plots(wrist,
     moved = near(pictures[0], (0, 0, 0), 2.0) & (np.abs(pictures[0] - pictures[1]).max(axis=2) > 0.1)
     assert 500 < moved[scene].sum() < 0.3 * scene.sum()  # the wrist and its trail, not all of the scene
     for picture in pictures:
-        for colour in CURVES.values():
-            drawn = near(picture[:, 620:], np.array(colour) / 255.0)
+        for colour in AXES:
+            drawn = near(picture[:, 620:], np.array(rgb(colour)) / 255.0)
             assert drawn.any(axis=0).sum() > 300, "a curve goes from one side of the plots to the other"
     assert sorted(path.name for path in tmp_path.iterdir()) == ["at-1.0.png", "at-2.5.png"]
 

@@ -22,7 +22,11 @@ if TYPE_CHECKING:
 
 
 def per_axis(value: Any) -> Any:
-    """Expand one number to all three axes, and turn arrays into tuples."""
+    """Expand one number to all three axes, and turn arrays into tuples.
+
+    Raises:
+        ValueError: it is neither one number nor three.
+    """
     value = value.tolist() if hasattr(value, "tolist") else value
     if isinstance(value, bool | int | float):
         return (value, value, value)

@@ -19,7 +19,6 @@ from typing import Any, NamedTuple, TypeVar
 import mujoco
 import numpy as np
 import numpy.typing as npt
-from scipy.spatial.transform import Rotation
 
 from spherical_wrist.compat.libmujoco import warnings_kept_in_data
 from spherical_wrist.dynamics import MOTION
@@ -254,6 +253,8 @@ class SettledLoop:
         """Run the loop from rest with a pulse; return its outputs relative to the pose."""
         self._restore(self._rest)
         log = self._advance(count, **pulse)
+        from scipy.spatial.transform import Rotation  # takes long to import, and few runs need it
+
         tip = Rotation.from_quat(log["attitude"], scalar_first=True).apply(self._lever)
         pose, measured = (
             Rotation.from_quat(each["attitude"], scalar_first=True)
