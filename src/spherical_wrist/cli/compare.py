@@ -174,7 +174,8 @@ def _verdict(table: Mapping[str, Any]) -> str:
     bound = "the bound of each case" if table["bound_mm"] is None else f"{table['bound_mm']:g} mm"
     first, always = table["laws"][0]["law"], [law for law, runs in kept.items() if all(runs)]
     said = f"{first} is first: within {bound} in {sum(kept[first])} of {len(kept[first])} runs"
-    return said if len(kept) == 1 else f"{said}; in all of them: {', '.join(always) or 'no law'}"
+    others = f"in all of them: {', '.join(always)}" if always else "no law is in all of them"
+    return said if len(kept) == 1 else f"{said}; {others}"
 
 
 def worst_in_words(table: Mapping[str, Any]) -> str:
