@@ -12,6 +12,7 @@ import pytest
 
 import spherical_wrist
 from rigs import one_line
+from spherical_wrist.campaign.digest import SHOWING
 from spherical_wrist.compat import MissingPartError, private, supported
 from spherical_wrist.compat.libmujoco import address_of
 
@@ -177,3 +178,17 @@ def test_help_loads_none_of_the_heavy_libraries():
         "assert not heavy, heavy"
     )
     subprocess.run([sys.executable, "-c", code], check=True, capture_output=True)
+
+
+def test_the_digest_of_the_code_is_of_the_rooms_that_campaigns_need():
+    """A change elsewhere, such as in a picture, is no reason to refuse to go on with a campaign."""
+    needed, waiting = set(), ["campaign"]
+    while waiting:
+        room = waiting.pop()
+        if room not in needed:
+            needed.add(room)
+            own = [name.split(".") for _, of, name in imports() if of == room]
+            waiting += [parts[1] for parts in own if parts[0] == "spherical_wrist" and len(parts) > 1]
+    packages = {path.parent.name for path in ROOT.glob("*/__init__.py")}
+    rooms = packages | {path.stem for path in ROOT.glob("*.py")} - {"__init__"}
+    assert rooms - needed == SHOWING
