@@ -198,6 +198,7 @@ def replaced_in_words(replaced: Mapping[str, Sequence[str]]) -> str:
 
 def _standings(table: dict[str, Any], width: int) -> Table:
     from spherical_wrist.comparison.report import CHATTERING, ratio_text
+    from spherical_wrist.result import counted
 
     wide = width >= WIDE
     group = list(table["laws"][0]["groups"])[-1]
@@ -218,10 +219,11 @@ def _standings(table: dict[str, Any], width: int) -> Table:
             entries.append("—" if spread is None else f"{spread['mean']:.3g}")
         rows.append(entries)
     runs = sum(len(case["seeds"]) for case in table["cases"])
-    title = f"{len(rows)} laws × {len(table['cases'])} cases"
+    title = f"{counted(len(rows), 'law')} × {counted(len(table['cases']), 'case')}"
     once = sum(not case["random"] for case in table["cases"])
     if runs > len(table["cases"]):
-        title += f": {runs} runs of each ({once} cases once, since nothing in them is random)"
+        title += f": {runs} runs of each law"
+        title += f" ({counted(once, 'case')} once: nothing is random there)" if once else ""
     return fitted(title, headings, rows, width, names=1)
 
 
