@@ -84,7 +84,7 @@ def test_a_campaign_sums_up_the_warnings_of_its_episodes(wrist):
     for name, check in CHECKS.items():
         found = [row for row in rows if row[check.metric] > check.limit]
         assert found, name
-        worst = max(found, key=lambda row: row[check.metric])
+        worst = max(found, key=lambda row: (row[check.metric], -row["id"]))
         [said] = [text for text in told["warnings"] if text.startswith(check.event)]
         assert f"in {len(found)} of {len(rows)} episodes, most in episode {worst['id']} " in said
     lines = "".join(f"wrist: warning: {warning}\n" for warning in told["warnings"])

@@ -147,7 +147,9 @@ def summarized_table(query: Callable[[str], list[dict[str, Any]]]) -> tuple[str,
     for check in CHECKS.values():
         rows = query(
             f"SELECT count(*) AS runs, count(*) FILTER ({check.metric} > {check.limit!r}) AS found, "
-            f"max({check.metric}) AS largest, arg_max(id, {check.metric}) AS worst FROM episodes "
+            f"max({check.metric}) AS largest, "
+            # of equals the first, whichever thread meets it
+            f"arg_max(id, row({check.metric}, -id)) FILTER ({check.metric} IS NOT NULL) AS worst FROM episodes "
             "WHERE outcome = 'completed'"
         )
         [row] = rows
