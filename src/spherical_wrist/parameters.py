@@ -181,7 +181,7 @@ class Parameters(BaseModel):
         try:
             super().__init__(**values)
         except ValidationError as error:
-            raise ParameterError(_explain(error, type(self))) from None
+            raise ParameterError(_explain(error, type(self), values)) from None
 
     def __eq__(self, other: object) -> bool:
         """Return True if all parameters are equal, whatever has been computed from them so far."""
@@ -194,8 +194,13 @@ class Parameters(BaseModel):
         return hash((type(self), *(getattr(self, name) for name in type(self).model_fields)))
 
     @classmethod
-    def elsewhere(cls, name: str) -> list[str]:
-        """Return dotted names of the parameters of this name that its parts have; here, none."""
+    def elsewhere(cls, name: str, values: Mapping[str, Any]) -> list[str]:
+        """Return dotted names of parameters of its parts that a name may stand for; here, none.
+
+        Args:
+            name: name that is none of its own parameters.
+            values: what was given, by parameter.
+        """
         return []
 
     def replaced(self, **changes: Any) -> Self:
@@ -277,20 +282,7 @@ class Member(Parameters):
         """
         if isinstance(given, cls):
             return given
-        values: dict[str, Any] = {}
-        if isinstance(given, type) and issubclass(given, cls) and given is not cls:
-            member: type[Member] = given
-        else:
-            table = {"name": given} if isinstance(given, str) else given
-            if not isinstance(table, Mapping):
-                raise ParameterError(
-                    f"{cls.kind} = {given!r}: a name, a table of a name and parameters, an instance or a class of a "
-                    f"{cls.kind} is needed"
-                )
-            name = table.get("name", default)
-            values = {str(key): value for key, value in table.items() if key != "name"}
-            withheld = code_is_withheld() and is_code(name)
-            member = _placeholder(cls, name, tuple(values)) if withheld else cls.member(name)
+        member, values = cls.described(given, default)
         try:
             return member(**values)
         except ParameterError as error:
@@ -300,6 +292,30 @@ class Member(Parameters):
             if not member.files or isinstance(found, cls.fault):
                 raise
             raise cls.fault(f"{cls.kind} {member.name} raised {type(error).__name__}: {one_line(error)}") from None
+
+    @classmethod
+    def described(cls, given: Any, default: str) -> "tuple[type[Member], dict[str, Any]]":
+        """Return the class of the member that ``given`` describes, as for :meth:`resolve`, and its parameters.
+
+        Raises:
+            UnknownNameError: the name is not in the family; the message has the nearest valid one.
+            ParameterError: it is no description of a member.
+        """
+        if isinstance(given, cls):
+            return type(given), dict(given)
+        if isinstance(given, type) and issubclass(given, cls) and given is not cls:
+            return given, {}
+        table = {"name": given} if isinstance(given, str) else given
+        if not isinstance(table, Mapping):
+            raise ParameterError(
+                f"{cls.kind} = {given!r}: a name, a table of a name and parameters, an instance or a class of a "
+                f"{cls.kind} is needed"
+            )
+        name = table.get("name", default)
+        values = {str(key): value for key, value in table.items() if key != "name"}
+        if code_is_withheld() and is_code(name):
+            return _placeholder(cls, name, tuple(values)), values
+        return cls.member(name), values
 
     @classmethod
     def advice(cls, name: str) -> str:
@@ -354,17 +370,17 @@ def _placeholder(family: type[Member], address: str, names: tuple[str, ...]) -> 
     return member
 
 
-def _explain(error: ValidationError, model: type[BaseModel]) -> str:
+def _explain(error: ValidationError, model: type[BaseModel], values: Mapping[str, Any]) -> str:
     """Return the first fault of a validation in one line, with the number of further ones."""
     details = error.errors()
     more = f" (and {len(details) - 1} more)" if len(details) > 1 else ""
-    return _sentence(details[0], model) + more
+    return _sentence(details[0], model, values) + more
 
 
-def _sentence(detail: ErrorDetails, model: type[BaseModel]) -> str:
+def _sentence(detail: ErrorDetails, model: type[BaseModel], values: Mapping[str, Any]) -> str:
     path = [str(part) for part in detail["loc"]]
     if detail["type"] == "extra_forbidden":
-        inner = model.elsewhere(path[-1]) if issubclass(model, Parameters) and len(path) == 1 else []
+        inner = model.elsewhere(path[-1], values) if issubclass(model, Parameters) and len(path) == 1 else []
         if inner:
             return f"unknown parameter {path[-1]!r}: did you mean {' or '.join(map(repr, inner))}?"
         return str(UnknownNameError("parameter", path[-1], model.model_fields))

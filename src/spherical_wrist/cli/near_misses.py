@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import shlex
+import sys
 from collections.abc import Iterable
 from difflib import get_close_matches
 from pathlib import Path
@@ -46,6 +47,7 @@ SUFFIXES = {
 """Kinds of files by suffix, and the commands that take them."""
 
 LAW_FILE = re.compile(r".*\.py(:\w+)?")
+OWN_LAW = re.compile(r"\.py(:\w|$)")
 
 
 def unknown_command(word: str, rest: list[str], commands: Iterable[str]) -> ParameterError:
@@ -103,6 +105,12 @@ def explained(error: TyperException) -> str:
         return f"no option --law: the law is an argument, {path} LAW"
     if option and (setting := _setting(option.lstrip("-"))):
         return f"no option {option}: {path} --set {setting}=VALUE"
+    if option and context is not None and any(each.name == "set_" for each in context.command.params):
+        possible = list(getattr(error, "possibilities", None) or [])
+        near = f"; did you mean {possible[0]}?" if possible else ""
+        if any(OWN_LAW.search(word) for word in sys.argv):  # whose parameters are not known before it is loaded
+            near += f" A parameter of your own law is --set law.{option.lstrip('-')}=VALUE"
+        return f"no option {option}{near} (see {path} --help)"
     return f"{text.strip()} (see {path} --help)"
 
 
@@ -129,9 +137,9 @@ def _usage(part: str, name: str, command: str = "wrist run") -> str:
 
 
 def _setting(word: str) -> str:
-    """Return the setting that a word is the name of; empty if there is none, or several."""
+    """Return the setting that a word is the name of, or nearly so; empty if there is none, or several."""
     from spherical_wrist.experiment.description import Experiment
 
     name = word.replace("-", "_")
-    found = [name] if name in Experiment.model_fields else Experiment.elsewhere(name)
+    found = [name] if name in Experiment.model_fields else Experiment.elsewhere(name, {})
     return found[0] if len(found) == 1 else ""

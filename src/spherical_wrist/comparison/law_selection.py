@@ -57,6 +57,9 @@ def laws_from_texts(texts: Iterable[str], tables: Mapping[str, Any], changes: Ma
     settings = {name.removeprefix("law."): value for name, value in changes.items() if name.startswith("law.")}
     if "law" in changes or "name" in settings:
         raise ParameterError("--set law: give the laws to compare with --law, which may be repeated")
+    for name in changes:  # before an experiment refuses it that does not know these laws
+        if name not in Experiment.model_fields and any(name in type(law).model_fields for law in laws.values()):
+            raise ParameterError(f"unknown parameter {name!r}: did you mean 'law.{name}'?")
     return {label: _changed(law, settings) for label, law in laws.items()} if settings else laws
 
 

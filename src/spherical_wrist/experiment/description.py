@@ -2,7 +2,8 @@
 
 import json
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
+from difflib import get_close_matches
 from math import floor, inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Self, Unpack
@@ -13,7 +14,7 @@ from pydantic import AfterValidator, BeforeValidator, Field, SerializeAsAny, Val
 from spherical_wrist.actuation import Actuation, SphericalMotor
 from spherical_wrist.control import Law
 from spherical_wrist.disturbance import Disturbance
-from spherical_wrist.errors import ParameterError, one_line, refuse_huge_integers
+from spherical_wrist.errors import ParameterError, WristError, one_line, refuse_huge_integers
 from spherical_wrist.experiment.options import WHOLE
 from spherical_wrist.experiment.perturbation import Perturbation, Start
 from spherical_wrist.experiment.presets import with_hardware
@@ -38,6 +39,16 @@ def _member(given: Any, info: ValidationInfo) -> Any:
     """Resolve a part of an experiment in the family of its field."""
     name = info.field_name or ""
     return PARTS[name].resolve(given, default=Experiment.model_fields[name].default)
+
+
+def _fields_of_chosen(part: str, values: Mapping[str, Any]) -> Iterable[str]:
+    """Return the parameters of the member that a part was given as, or is by default; none if it is not valid."""
+    default = Experiment.model_fields[part].default
+    try:
+        member, _ = PARTS[part].described(values.get(part, default), default)
+    except WristError:  # or a level, which is the default's
+        member, _ = PARTS[part].described(default, default)
+    return member.model_fields
 
 
 def _level(given: Any) -> Any:
@@ -134,13 +145,24 @@ class Experiment(Parameters):
         return cls(**with_changes(read_toml(Path(path)), changes or {}))
 
     @classmethod
-    def elsewhere(cls, name: str) -> list[str]:
-        """Return dotted names of the parameters of this name that members of its parts have."""
-        return [
-            f"{part}.{name}"
+    def elsewhere(cls, name: str, values: Mapping[str, Any]) -> list[str]:
+        """Return dotted names of parameters of its parts that a name may stand for.
+
+        They are those of the parts that were chosen, such as a law of the user's own; else those that other members
+        of the families have; else that of a chosen part whose name is nearly the same.
+        """
+        chosen = {part: _fields_of_chosen(part, values) for part in PARTS}
+        found = [part for part, fields in chosen.items() if name in fields]
+        found = found or [
+            part
             for part, family in PARTS.items()
             if any(name in member.model_fields for member in family.members.values())
         ]
+        if found:
+            return [f"{part}.{name}" for part in found]
+        known = [*cls.model_fields, *(field for fields in chosen.values() for field in fields)]
+        near = get_close_matches(name, known, n=1)
+        return [f"{part}.{near[0]}" for part, fields in chosen.items() if near and near[0] in fields]
 
     @property
     def perturbation(self) -> Perturbation:
