@@ -49,7 +49,7 @@ ROOMS_OF_LIBRARY = {
     "dask": {"campaign"},
     "distributed": {"campaign"},
     "typer": {"cli"},
-    "jinja2": {"report", "api"},
+    "jinja2": {"report"},
     "markupsafe": {"report"},
     "optuna": {"tuning"},
     "cmaes": {"design"},

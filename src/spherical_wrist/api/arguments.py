@@ -4,7 +4,7 @@ import sys
 from collections.abc import Callable, Mapping, Sequence
 from os import PathLike
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple, Self
 
 from spherical_wrist.comparison.law_selection import Laws, law_text, laws_from_texts, named_law
 from spherical_wrist.control import Law
@@ -22,6 +22,46 @@ ExperimentGiven = Experiment | Table | str | PathLike[str]
 
 ProgressGiven = bool | Callable[[int, int], None]
 """True for a line on the error stream, or a function of what is done and of the total."""
+
+
+class Arguments(NamedTuple):
+    """Arguments that the functions for several laws share, checked.
+
+    Attributes:
+        laws: laws by label.
+        tables: values of the experiment that are given.
+        changes: parameters of the experiment that replace its own.
+        progress: function of what is done and of the total.
+    """
+
+    laws: Laws
+    tables: dict[str, Any]
+    changes: dict[str, Any]
+    progress: Callable[[int, int], None]
+
+    @classmethod
+    def of(
+        cls,
+        laws: LawsGiven | None,
+        experiment: ExperimentGiven | None,
+        changes: Mapping[str, Any],
+        progress: ProgressGiven | None,
+        doing: str,
+    ) -> Self:
+        """Check arguments as a caller writes them.
+
+        Args:
+            laws: laws; None for all of the package.
+            experiment: experiment; None for the default one.
+            changes: parameters of the experiment that replace its own.
+            progress: see :func:`counter`.
+            doing: word for the work.
+
+        Raises:
+            WristError: a law or a parameter is not valid.
+        """
+        tables = tables_of(experiment)
+        return cls(laws_of(laws, tables), tables, changes_of(changes), counter(progress, doing))
 
 
 def laws_of(given: LawsGiven | None, tables: Mapping[str, Any]) -> Laws:

@@ -5,15 +5,7 @@ from os import PathLike
 from pathlib import Path
 from typing import Any, Unpack
 
-from spherical_wrist.api.arguments import (
-    ExperimentGiven,
-    LawsGiven,
-    ProgressGiven,
-    changes_of,
-    counter,
-    laws_of,
-    tables_of,
-)
+from spherical_wrist.api.arguments import Arguments, ExperimentGiven, LawsGiven, ProgressGiven
 from spherical_wrist.comparison.cases import DEFAULT, Case, read_cases, select
 from spherical_wrist.comparison.compare import SEEDS
 from spherical_wrist.comparison.compare import compare as compare_laws
@@ -55,17 +47,17 @@ def compare(
     Raises:
         WristError: a law, a case or a parameter is not valid, a law raises, or a recording cannot be written.
     """
-    tables = tables_of(experiment)
+    given = Arguments.of(laws, experiment, changes, progress, "comparing")
     return compare_laws(
-        laws_of(laws, tables),
+        given.laws,
         _cases(cases),
-        tables,
-        changes_of(changes),
+        given.tables,
+        given.changes,
         seeds=seeds,
         record=[record] if isinstance(record, str) else record,
         folder=None if folder is None else Path(folder),
         jobs=jobs,
-        progress=counter(progress, "comparing"),
+        progress=given.progress,
     )
 
 

@@ -5,15 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar, Unpack
 
-from spherical_wrist.api.arguments import (
-    ExperimentGiven,
-    LawsGiven,
-    ProgressGiven,
-    changes_of,
-    counter,
-    laws_of,
-    tables_of,
-)
+from spherical_wrist.api.arguments import Arguments, ExperimentGiven, LawsGiven, ProgressGiven
 from spherical_wrist.comparison.bounds import BOUNDS, Bounds, statement
 from spherical_wrist.comparison.frontier import Edge
 from spherical_wrist.comparison.frontier import frontier as find_frontier
@@ -86,17 +78,17 @@ def frontier(
     Raises:
         WristError: a law, an axis or a parameter is not valid, or a law raises.
     """
-    tables = tables_of(experiment)
-    chosen, along = laws_of(laws, tables), chosen_axes([axes] if isinstance(axes, str) else axes)
+    given = Arguments.of(laws, experiment, changes, progress, "searching")
+    along = chosen_axes([axes] if isinstance(axes, str) else axes)
     began = time.perf_counter()
     edges = find_frontier(
-        chosen,
+        given.laws,
         along,
-        tables,
-        changes_of(changes),
+        given.tables,
+        given.changes,
         bounds=bounds,
         tolerance=tolerance,
         jobs=jobs,
-        progress=counter(progress, "searching"),
+        progress=given.progress,
     )
-    return Frontier(chosen, along, tuple(edges), bounds, tolerance, time.perf_counter() - began)
+    return Frontier(given.laws, along, tuple(edges), bounds, tolerance, time.perf_counter() - began)

@@ -4,15 +4,7 @@ import time
 from dataclasses import dataclass
 from typing import Any, ClassVar, Unpack
 
-from spherical_wrist.api.arguments import (
-    ExperimentGiven,
-    LawsGiven,
-    ProgressGiven,
-    changes_of,
-    counter,
-    laws_of,
-    tables_of,
-)
+from spherical_wrist.api.arguments import Arguments, ExperimentGiven, LawsGiven, ProgressGiven
 from spherical_wrist.experiment.values import Conditions
 from spherical_wrist.result import Result, counted
 from spherical_wrist.stability.law_margins import LawMargins
@@ -76,9 +68,8 @@ def margins(
     Raises:
         WristError: a law or a parameter is not valid, the disturbance has no size, or a law raises.
     """
-    tables = tables_of(experiment)
-    chosen, began = laws_of(laws, tables), time.perf_counter()
+    given, began = Arguments.of(laws, experiment, changes, progress, "linearising"), time.perf_counter()
     found = margins_of(
-        chosen, tables, changes_of(changes), at=at, ranges=ranges, jobs=jobs, progress=counter(progress, "linearising")
+        given.laws, given.tables, given.changes, at=at, ranges=ranges, jobs=jobs, progress=given.progress
     )
     return Margins(tuple(found), at, time.perf_counter() - began)

@@ -11,7 +11,6 @@ from typing import Any, ClassVar, Generic, TypeVar
 
 import numpy as np
 import pyarrow as pa
-from jinja2 import Environment, PackageLoader, StrictUndefined
 from matplotlib.figure import Figure
 from pyarrow import csv, parquet
 
@@ -19,7 +18,7 @@ from spherical_wrist.errors import ParameterError
 from spherical_wrist.files import write_whole
 from spherical_wrist.measure.metrics import METRICS
 from spherical_wrist.picture_file import PICTURES, check_ending, picture_bytes, picture_content
-from spherical_wrist.plain_text import visible
+from spherical_wrist.report.html import template_environment
 from spherical_wrist.report.parts import written
 from spherical_wrist.result import Result
 from spherical_wrist.result_table import TABLES, Cell, ResultTable, table_content
@@ -202,12 +201,4 @@ def _gridded(values: Sequence[Any], places: Sequence[tuple[int, ...]], shape: tu
 
 @cache
 def _template() -> Any:
-    environment = Environment(
-        loader=PackageLoader("spherical_wrist.api"),
-        autoescape=True,
-        finalize=lambda value: visible(value) if isinstance(value, str) else value,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    return environment.get_template("result.html")
+    return template_environment("spherical_wrist.api").get_template("result.html")

@@ -12,7 +12,7 @@ import numpy.typing as npt
 from spherical_wrist.compat.libmujoco import warnings_kept_in_data
 from spherical_wrist.environment.episode_rollout import EpisodeRollout
 from spherical_wrist.environment.observation import MEASURED_SIZE
-from spherical_wrist.environment.step import EPISODE_RECORD, STEP_RESULT, step_episodes
+from spherical_wrist.environment.step import EPISODE_RECORD, INFO, STEP_RESULT, step_episodes
 from spherical_wrist.environment.task import Task, check_count
 from spherical_wrist.errors import ParameterError, one_line
 from spherical_wrist.experiment.description import Experiment
@@ -24,9 +24,6 @@ from spherical_wrist.prepare.nominal import NominalModel
 from spherical_wrist.prepare.plant import PlantModel
 
 Array = npt.NDArray[np.float64]
-
-INFO_FIELDS = ("error", "rate_error", "tip_error_mm", "torque")
-"""Fields of a result that are part of the info."""
 
 
 class EpisodeBatch:
@@ -81,18 +78,12 @@ class EpisodeBatch:
     @property
     def batched_info(self) -> dict[str, Array]:
         """Infos of all environments, one array for each name."""
-        return {"time": self.time, **{name: self.results[name] for name in INFO_FIELDS}}
+        return {"time": self.time, **{name: self.results[name] for name, *_ in INFO}}
 
     def info(self, index: int) -> dict[str, Any]:
         """Return the info of one environment."""
-        result, periods = self.results[index], self._samples[index] - self._records[index]["remaining"]
-        return {
-            "time": float(periods * self._task.experiment.control_period),
-            "error": result["error"].copy(),
-            "rate_error": result["rate_error"].copy(),
-            "tip_error_mm": float(result["tip_error_mm"]),
-            "torque": result["torque"].copy(),
-        }
+        taken = {name: values[index] for name, values in self.batched_info.items()}
+        return {name: value.copy() if value.ndim else float(value) for name, value in taken.items()}
 
     def reset(self, experiments: Mapping[int, Experiment]) -> None:
         """Begin new episodes. What is doubtful about their model or motion is a Python warning.

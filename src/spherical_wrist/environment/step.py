@@ -32,6 +32,9 @@ joint to the tip; ``weights`` and ``scales``: of the reward; ``last_command``: l
 ``has_last_command`` is 1; ``max_tip_error`` and ``max_error``: limits that terminate the episode.
 """
 
+INFO = (("error", "f8", 3), ("rate_error", "f8", 3), ("tip_error_mm", "f8"), ("torque", "f8", 3))
+"""Fields of a result that the info of a step has: true errors at the present instant, torque of the last period."""
+
 STEP_RESULT = np.dtype(
     [
         ("reward", "f8"),
@@ -40,18 +43,14 @@ STEP_RESULT = np.dtype(
         ("terminated", "?"),
         ("truncated", "?"),
         ("needs_inputs", "?"),
-        ("tip_error_mm", "f8"),
-        ("error", "f8", 3),
-        ("rate_error", "f8", 3),
-        ("torque", "f8", 3),
+        *INFO,
     ],
     align=True,
 )
 """Result of a step.
 
 ``status``: status of the loop, UNFINISHED if the law raised; ``out_of_bounds``: an error is beyond its limit;
-``terminated`` and ``truncated``: as in Gymnasium; ``needs_inputs``: the sampled inputs end before the next step does;
-``tip_error_mm``, ``error`` and ``rate_error``: true errors at the present instant; ``torque``: of the last period.
+``terminated`` and ``truncated``: as in Gymnasium; ``needs_inputs``: the sampled inputs end before the next step does.
 """
 
 

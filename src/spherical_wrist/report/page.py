@@ -6,12 +6,10 @@ The templates in ``templates/`` hold the page; here is what they show besides th
 from collections.abc import Mapping
 from typing import Any
 
-from jinja2 import Environment, PackageLoader, StrictUndefined
-
 from spherical_wrist.measure.metrics import METRICS
-from spherical_wrist.plain_text import visible
 from spherical_wrist.report import parts
 from spherical_wrist.report.findings import Curves
+from spherical_wrist.report.html import template_environment
 from spherical_wrist.report.pictures import Picture, against_parameter, bars, distribution, exceedance, look
 from spherical_wrist.report.sensitivity import EVEN
 from spherical_wrist.report.table import FIGURES
@@ -39,15 +37,7 @@ def page(summary: Mapping[str, Any], curves: Curves) -> str:
     campaign, laws = summary["campaign"], list(summary["laws"])
     bound = f"{summary['bound_mm']:g} mm"
     used = [key for key in RATES if key == "exceeding" or any(_rate(summary, law, key)["count"] for law in laws)]
-    environment = Environment(
-        loader=PackageLoader("spherical_wrist.report"),
-        autoescape=True,
-        finalize=lambda value: visible(value) if isinstance(value, str) else value,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-        keep_trailing_newline=True,
-    )
+    environment = template_environment("spherical_wrist.report")
     filters = (parts.breakable, parts.grouped, parts.law, parts.percent, parts.setting)
     environment.filters.update({each.__name__: each for each in filters})
     functions = (parts.number, parts.percent, parts.ratio, parts.interval, parts.mark)
