@@ -123,8 +123,8 @@ def channel_names(*conditions: Condition) -> list[str]:
     return [name for name, channel in CHANNELS.items() if channel.when in (Condition.ALWAYS, *conditions)]
 
 
-OPTIONAL = tuple(name for name in CHANNELS if name not in channel_names(Condition.SURFACE))
-"""Channels that depend on hardware, or on what a law keeps or logs."""
+OPTIONAL = tuple(name for name in CHANNELS if name not in channel_names(Condition.SURFACE, Condition.LOGGED))
+"""Channels that depend on hardware, or on what a law keeps."""
 
 
 def random_channels(rng: np.random.Generator, rows: int, names: Any, **widths: int) -> dict[str, np.ndarray]:

@@ -6,6 +6,7 @@ import json
 import re
 import subprocess
 import sys
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +16,7 @@ from rigs import bits, channel_names, one_line
 from sampling import some
 from spherical_wrist import Experiment, load_recording, record, simulate
 from spherical_wrist.channels import CHANNELS, COMMAND, LOG, Condition, Source
+from spherical_wrist.control import Law
 from spherical_wrist.errors import RecordingError
 from spherical_wrist.guides import read_guide
 from spherical_wrist.inspection import difference, inspect
@@ -32,11 +34,22 @@ each_channel = pytest.mark.parametrize("channel", CHANNELS.values(), ids=CHANNEL
 each_old = pytest.mark.parametrize("path", OLD, ids=lambda path: path.stem)
 
 
+@cache
+def run_of(law):
+    """A run with a law that has every channel but those that another law logs."""
+    own = {"law": law, "sensing": "realistic", "actuation": "realistic"}
+    return simulate(Experiment(duration=0.1, disturbance={"amplitude": 0.004}, **own))
+
+
+def run_with(channel):
+    """A run that has a channel: with the law that logs it, if it is such a channel."""
+    laws = (name for name, law in Law.members.items() if channel.name in law.logs)
+    return run_of(next(laws) if channel.when is Condition.LOGGED else "fuzzy_integral_sliding")
+
+
 @pytest.fixture(scope="module")
 def run():
-    """A run that has every channel of the table but those that no law of the package logs."""
-    own = {"law": "fuzzy_integral_sliding", "sensing": "realistic", "actuation": "realistic"}
-    return simulate(Experiment(duration=0.1, disturbance={"amplitude": 0.004}, **own))
+    return run_of("fuzzy_integral_sliding")
 
 
 @pytest.fixture(scope="module")
@@ -49,8 +62,11 @@ def recorded(run, tmp_path_factory):
 # --- every channel of the table --------------------------------------------------------------------------------------
 
 
-def test_the_run_of_these_tests_has_every_channel(run):
-    assert list(run.channels) == list(CHANNELS)
+def test_the_run_of_these_tests_has_every_channel_but_those_of_other_laws(run):
+    logged = run.experiment.law.logs
+    assert list(run.channels) == [
+        name for name, each in CHANNELS.items() if each.when is not Condition.LOGGED or name in logged
+    ]
     assert all(array.dtype == np.float64 and len(array) == len(run) for array in run.channels.values())
 
 
@@ -73,32 +89,37 @@ def test_a_channel_says_what_it_is(channel):
 
 
 @each_channel
-def test_a_channel_is_recorded_with_its_description(channel, run, recorded):
+def test_a_channel_is_recorded_with_its_description(channel, recorded, tmp_path):
+    run = run_with(channel)
+    if channel.when is Condition.LOGGED:
+        record(run, recorded := tmp_path / "run.rrd")
     back = read_recording(recorded).series
     assert back.channels[channel.name].tobytes() == run.channels[channel.name].tobytes()
     assert back.channels[channel.name].shape == run.channels[channel.name].shape
     assert back.channel(channel.name) == run.channel(channel.name)
 
 
-@pytest.fixture(scope="module")
-def titles(run):
-    """Return the titles of the panels of the sheet."""
-    return {panel.get_title("left") for panel in run_picture(run, ["title"]).axes}
+@cache
+def titles(law):
+    """Return the titles of the panels of the sheet of the run with a law."""
+    return {panel.get_title("left") for panel in run_picture(run_of(law), ["title"]).axes}
 
 
 @each_channel
-def test_a_channel_is_in_a_view_unless_the_table_says_that_it_is_only_stored(channel, run, titles):
+def test_a_channel_is_in_a_view_unless_the_table_says_that_it_is_only_stored(channel):
+    run = run_with(channel)
     plots = {plot.channel.name for plot in run.plots()}
     assert (channel.name in plots) == channel.place.has_plot
     shown = PORTRAYED.union(*(motion.shows for motion in _MOTIONS))
     if channel.place.has_plot and channel.name not in shown:
         headings = {plot.heading for plot in run.plots() if plot.channel.name == channel.name}
         assert headings
-        assert headings <= titles
+        assert headings <= titles(run.experiment.law.name)
 
 
 @each_channel
-def test_a_channel_is_exported_with_its_unit(channel, run):
+def test_a_channel_is_exported_with_its_unit(channel):
+    run = run_with(channel)
     found = [column for column in columns(run) if column.name.startswith(channel.name)]
     rows = run.channels[channel.name].reshape(len(run), -1)
     mine = [column for column in found if any(column.values.tobytes() == values.tobytes() for values in rows.T)]
@@ -107,7 +128,8 @@ def test_a_channel_is_exported_with_its_unit(channel, run):
 
 
 @each_channel
-def test_a_channel_is_compared(channel, run):
+def test_a_channel_is_compared(channel):
+    run = run_with(channel)
     array = run.channels[channel.name].copy()
     array.flat[-1] += 1e-10  # of time: still the same instant
     (different,) = [each for each in difference(run, run.replaced(**{channel.name: array})).arrays if not each.same]
@@ -232,11 +254,12 @@ def test_a_channel_is_added_by_one_entry_and_the_law_that_writes_it(tmp_path):
 
 @each_old
 def test_recordings_of_older_formats_are_read_inspected_exported_and_drawn(path, tmp_path):
-    assert read_recording(path).format == int(path.parent.name.removeprefix("format")) < FORMAT
+    number = read_recording(path).format
+    assert number == int(path.parent.name.removeprefix("format")) <= FORMAT
     found = inspect(path)
     found.check()
     run = found.run
-    assert set(channel_names()) <= set(run.channels) <= set(CHANNELS)
+    assert {name for name in channel_names() if CHANNELS[name].since <= number} <= set(run.channels) <= set(CHANNELS)
     assert all(np.isfinite(array).any() and array.size for array in run.channels.values())
     assert ("surface" in run.channels) == ("slope" in run.channels) == ("sliding" in run.description["law"]["name"])
     assert ("current" in run.channels) == (run.description["actuation"]["name"] != "ideal")

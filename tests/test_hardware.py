@@ -196,7 +196,7 @@ def test_what_was_run_is_printed(wrist):
     for part in ("friction 0.001 N·m", "sensing realistic", "actuation realistic", "copper loss", "coil current, peak"):
         assert part in flat
     _, out, _ = wrist("run", "--set", "sensing.delay=0.002", "--duration", "0.1")
-    assert "sensing ideal with faults" in " ".join(out.split())
+    assert "sensing ideal but for delay 0.002 s" in " ".join(out.split())
     assert "copper" not in out
 
 

@@ -121,6 +121,16 @@ def test_every_parameter_of_sensors_and_motors_changes_the_run(part, name):
     assert_acts(part, name)
 
 
+@pytest.mark.parametrize(("part", "name"), parameters_of(HARDWARE), ids=label)
+def test_a_parameter_of_sensors_and_motors_is_random_exactly_where_the_run_depends_on_the_seed(part, name):
+    """So that comparisons run every seed of a random case, and only these."""
+    given = needed(part, name, {})
+    one = part(**{**given, name: others(part, name, given)[0]})
+    run = {part.kind: one, "law": "pd", "duration": 0.05}
+    first, second = (simulate(Experiment(seed=seed, **run)).attitude.tobytes() for seed in (1, 2))
+    assert one.is_random == (first != second)
+
+
 @pytest.mark.parametrize(("part", "name"), parameters_of(Disturbance.members.values()), ids=label)
 def test_every_parameter_of_a_disturbance_changes_the_torque(part, name):
     def torque(given):

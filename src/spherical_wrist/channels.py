@@ -110,6 +110,7 @@ class Channel:
         fault: plot of a difference that stands in for the channel.
         units: units of the components, where they differ from each other.
         groups: names of the groups of components that share a plot, one for each component; one plot if empty.
+        since: format of recordings that has it first, of a channel that every run has.
     """
 
     name: str
@@ -126,6 +127,7 @@ class Channel:
     fault: Fault | None = None
     units: tuple[str, ...] = ()
     groups: tuple[str, ...] = ()
+    since: int = 1
 
     @property
     def is_attitude(self) -> bool:

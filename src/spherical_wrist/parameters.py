@@ -67,6 +67,7 @@ def quantity(
     percent: bool = False,
     searched: tuple[float, float] | None = None,
     acts_with: Mapping[str, Any] | None = None,
+    random: bool = False,
 ) -> Any:
     """Declare a parameter; the annotation of the field says which values are valid.
 
@@ -80,6 +81,7 @@ def quantity(
             vector, with the same value on every axis.
         acts_with: of a parameter that has an effect only beside others: their names, each with the value that it
             must have, or ``True`` for any value but zero, false and empty. One of them is enough.
+        random: True if a run depends on its seed where the parameter has an effect; of sensors and motors.
     """
     extra: dict[str, Any] = {"unit": unit}
     if not gain:
@@ -90,6 +92,8 @@ def quantity(
         extra["searched"] = list(searched)
     if acts_with:
         extra["acts_with"] = dict(acts_with)
+    if random:
+        extra["random"] = True
     return Field(default, description=meaning, json_schema_extra=extra)
 
 
@@ -253,6 +257,11 @@ class Member(Parameters):
         The defaults of a family are harmless: a member in which no parameter acts does nothing.
         """
         return self._acting
+
+    @property
+    def is_random(self) -> bool:
+        """True if a parameter that has an effect is declared as random."""
+        return any(_declared(type(self), name, "random", False) for name in self.acting)
 
     @cached_property  # with the underscore, by which pydantic does not take what is cached for a field
     def _acting(self) -> tuple[str, ...]:

@@ -34,15 +34,10 @@ Numbers = Annotated[tuple[Annotated[int, Field(ge=0)], ...], BeforeValidator(_se
 
 
 class Actuation(Member):
-    """Three torque motors, as the model has them.
-
-    Attributes:
-        random: names of the parameters that make the motors depend on the seed.
-    """
+    """Three torque motors, as the model has them."""
 
     kind: ClassVar[str] = "actuation"
     abstract: ClassVar[bool] = True
-    random: ClassVar[tuple[str, ...]] = ("strength_error",)
 
     torque_quantum: NonNegative = quantity(0.0, "N·m", "resolution of a motor's torque")
     lag: NonNegative = quantity(0.0, "s", "time constant of a motor's torque, or of a coil's current")
@@ -83,7 +78,7 @@ class SphericalMotor(Actuation):
         False, "", "the allocation does without the failed coils", acts_with={"failed": True}
     )
     strength_error: NonNegative = quantity(
-        0.0, "", "relative standard deviation of the coils' strengths, not known", percent=True
+        0.0, "", "relative standard deviation of the coils' strengths, not known", percent=True, random=True
     )
 
     @property

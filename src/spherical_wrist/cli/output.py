@@ -15,6 +15,7 @@ from spherical_wrist.cli.tables import Entry, cell_width, number, printer
 from spherical_wrist.measure.bound import meaning_of
 from spherical_wrist.measure.metrics import METRICS, Metrics
 from spherical_wrist.plain_text import visible
+from spherical_wrist.recording.experiment_text import effects
 from spherical_wrist.sensing import Ideal as IdealSensing
 from spherical_wrist.simulation.run import Run
 from spherical_wrist.simulation.verdict import Judgement, Verdict
@@ -93,10 +94,11 @@ def conditions(run: Run) -> str:
         if description[name]:
             parts.append(f"{name} {description[name]:g} {unit}")
     for name in ("sensing", "actuation"):
-        if description[name] != IDEAL[name]:
-            parts.append(
-                f"{name} {description[name]['name']}" + (" with faults" if description[name]["name"] == "ideal" else "")
-            )
+        part, ideal = description[name], IDEAL[name]
+        if part["name"] != ideal["name"]:
+            parts.append(f"{name} {part['name']}")
+        elif faults := [f"{fault} {value}" for fault, value in effects(name, part) if part[fault] != ideal[fault]]:
+            parts.append(f"{name} ideal but for {', '.join(faults)}")
     return " · ".join([*parts, f"seed {description['seed']}"])
 
 

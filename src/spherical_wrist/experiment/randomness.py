@@ -14,9 +14,7 @@ def is_random(experiment: Experiment) -> bool:
     Sensors and motors declare the parameters that make them random. Of references and disturbances, which users write
     as well, it is seen from whether they use the generator that they are given.
     """
-    if set(experiment.sensing.acting) & set(experiment.sensing.random):
-        return True
-    if set(experiment.actuation.acting) & set(experiment.actuation.random):
+    if experiment.sensing.is_random or experiment.actuation.is_random:
         return True
     load = experiment.disturbance
     idle = load.built_for_loop or (load.level == 0.0 if load.amplitude is None else load.amplitude == 0.0)

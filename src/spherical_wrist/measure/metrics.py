@@ -2,7 +2,8 @@
 
 A new metric is one entry of :data:`METRICS`, over a quantity of :data:`QUANTITIES`. A new quantity is one name
 there and one line in :func:`add_row`. Tables, recordings, JSON, comparisons, campaigns, reports, assertions and
-documentation follow from the registry.
+documentation follow from the registry. Recordings of before do not have the metric, so that its ``since`` is one more
+than the format that they have (``spherical_wrist.recording.layout.FORMAT``, which follows).
 
 The arithmetic goes over the log of the loop row by row, in plain scalar Python. The same source runs compiled and
 interpreted, with the same result to the last bit.
@@ -281,11 +282,11 @@ class Metric:
         quantity: entry of QUANTITIES or EVENTS that it is computed from.
         reduction: how.
         meaning: definition, in a sentence without a full stop.
+        since: format of recordings that has it first.
         note: meaning in a few plain words, beside the value in tables.
         shown: factor for people, and the unit of the product; None for the value itself.
         digits: significant digits in tables.
         needs: which runs have it.
-        since: format of recordings that has it first.
         less_is_better: False if it describes the run without judging it.
         unbounded: True if it can be infinite, which counts as no value.
     """
@@ -298,11 +299,11 @@ class Metric:
     reduction: Reduction
     meaning: str
     _: KW_ONLY
+    since: int
     note: str = ""
     shown: tuple[float, str] | None = None
     digits: int = 4
     needs: Needs = EVERY_RUN
-    since: int = 1
     less_is_better: bool = True
     unbounded: bool = False
 
@@ -355,10 +356,12 @@ METRICS: dict[str, Metric] = {
             "rms_tip_error_mm", "tip error, RMS", "RMS tip error", "mm", "tip_error_squared", ROOT_MEAN,
             "RMS distance of `tip` from `desired_tip`, where it would be at the desired attitude",
             note="of the tip from its target",
+            since=1,
         ),
         Metric(
             "max_tip_error_mm", "tip error, largest", "max tip error", "mm", "tip_error_squared", ROOT_LARGEST,
             "largest distance of `tip` from `desired_tip`",
+            since=1,
         ),
         Metric(
             "max_tip_error_at_s", "tip error, largest at", "largest at", "s", "largest_tip_error", EVENT_TIME_IN_WINDOW,
@@ -375,10 +378,12 @@ METRICS: dict[str, Metric] = {
             "rms_error_rad", "attitude error, RMS", "RMS error", "rad", "error_squared", ROOT_MEAN,
             "RMS attitude error |e|",
             note="of the tool from its target",
+            since=1,
         ),
         Metric(
             "max_error_rad", "attitude error, largest", "max error", "rad", "error_squared", ROOT_LARGEST,
             "largest attitude error |e|",
+            since=1,
         ),
         Metric(
             "motor_use_fraction", "motor use, peak", "motor use", "", "motor_use", LARGEST,
@@ -390,49 +395,52 @@ METRICS: dict[str, Metric] = {
             "saturated_fraction", "saturated", "saturated", "", "saturated", MEAN,
             "fraction of the control instants at which a limit cut the torque",
             note="of the time, at a motor's limit",
-            shown=(100.0, "%"),
+            shown=(100.0, "%"), since=1,
         ),
         Metric(
             "peak_torque_Nm", "torque, peak", "peak torque", "N·m", "torque_squared", ROOT_LARGEST,
             "largest torque |τ|",
+            since=1,
         ),
         Metric(
             "rms_torque_Nm", "torque, RMS", "RMS torque", "N·m", "torque_squared", ROOT_MEAN,
             "RMS torque |τ|",
+            since=1,
         ),
         Metric(
             "chattering_Nm_per_s", "chattering", "chattering", "N·m/s", "command_step", PER_SECOND_AND_AXIS,
             "Σ |τ[k] − τ[k−1]| of the torque asked for, per second, mean over the axes",
             note="the torque's ups and downs, summed",
+            since=1,
         ),
         Metric(
             "reaching_time_s", "surface reached at", "reached at", "s", "surface_reached", EVENT_TIME,
             "time in the run from which |S| stays within the law's boundary layer on every axis, to its end",
             note="the law slides from then on",
-            needs=SURFACE,
+            needs=SURFACE, since=1,
         ),
         Metric(
             "max_tilt_rad", "tilt, largest", "max tilt", "rad", "tilt", LARGEST,
             "largest angle between the tool and its direction at the identity",
             note="of the tool from where it rests",
-            less_is_better=False,
+            since=1, less_is_better=False,
         ),
         Metric(
             "copper_loss_W", "copper loss", "copper loss", "W", "current_squared", MEAN_POWER,
             "mean power lost in the coils",
             note="heat in the coils, on average",
-            needs=COILS,
+            needs=COILS, since=1,
         ),
         Metric(
             "peak_current_A", "coil current, peak", "peak current", "A", "current_squared", ROOT_LARGEST,
             "largest current of a coil",
-            needs=COILS,
+            needs=COILS, since=1,
         ),
         Metric(
             "max_condition_number", "condition number, largest", "condition", "", "condition", LARGEST,
             "largest condition number of the torque map for which currents were found, if it is finite",
             note="of the torque map; 1 is best",
-            needs=COILS, unbounded=True,
+            needs=COILS, since=1, unbounded=True,
         ),
     )
 }  # fmt: skip

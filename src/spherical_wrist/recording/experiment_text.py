@@ -67,7 +67,8 @@ def _member(key: str, part: Any) -> type[Member] | None:
 
 def _add_part(key: str, part: Mapping[str, Any], rows: list[tuple[str, str]], details: list[tuple[str, str]]) -> None:
     """Add a part to the table of the experiment, its parameters to the other table, unless there is room beside it."""
-    name, entries = markdown(part["name"]), list(_entries(key, part))
+    name, faulty = markdown(part["name"]), key == "disturbance" or hasattr(PARTS.get(key), "ideal")
+    entries = [(markdown(words(entry) if faulty else entry), markdown(value)) for entry, value in effects(key, part)]
     if key == "disturbance":
         rows.append((words(key), ", ".join([f"**{name}**", *(f"{entry} {value}" for entry, value in entries)])))
     elif not hasattr(PARTS.get(key), "ideal") or name != "ideal":
@@ -78,8 +79,13 @@ def _add_part(key: str, part: Mapping[str, Any], rows: list[tuple[str, str]], de
         rows += [(head, f"{but}{entry} {value}") for (head, but), (entry, value) in zip(heads, entries, strict=True)]
 
 
-def _entries(key: str, part: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
-    """Yield the parameters of a part that have an effect, in words and with units."""
+def effects(key: str, part: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+    """Yield the parameters of a part that have an effect, by name, with their values and units.
+
+    Args:
+        key: parameter of the experiment, such as ``sensing``.
+        part: the part, as it is recorded.
+    """
     member, family = _member(key, part), PARTS.get(key)
     faults = hasattr(family, "ideal")
     for name, value in part.items():
@@ -88,11 +94,10 @@ def _entries(key: str, part: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
             continue
         if faults and (is_zero(value) or _is_usual_choice(family, name, value)):
             continue
-        label = markdown(words(name) if faults or key == "disturbance" else name)
         if known and member is not None and is_percentage(member, name) and isinstance(value, int | float):
-            yield label, f"{text(100.0 * value)} %"
+            yield name, f"{text(100.0 * value)} %"
         else:
-            yield label, f"{markdown(text(value))} {unit(f'{key}.{name}', {key: part})}".strip()
+            yield name, f"{text(value)} {unit(f'{key}.{name}', {key: part})}".strip()
 
 
 def _is_usual_choice(family: type[Member] | None, name: str, value: Any) -> bool:

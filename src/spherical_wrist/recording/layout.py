@@ -3,12 +3,15 @@
 from collections.abc import Mapping, Sequence
 from typing import TypeAlias
 
+from spherical_wrist.channels import CHANNELS
+from spherical_wrist.measure.metrics import METRICS
+
 JSON: TypeAlias = "bool | int | float | str | Sequence[JSON] | Mapping[str, JSON] | None"
 """Value of a property."""
 
 APPLICATION = "spherical_wrist"
-FORMAT = 3
-"""Number of the format, raised with every change that an older reader would misread.
+FORMAT = max(3, *(metric.since for metric in METRICS.values()), *(channel.since for channel in CHANNELS.values()))
+"""Number of the format, raised with every change that an older reader would misread, and by new metrics and channels.
 
 1: the shapes of the arrays are known to the reader only; a channel that a run does not have is missing or not-a-number.
 2: channels that a run does not have are absent, and the recording describes those that it has.

@@ -61,7 +61,7 @@ def read_recording(path: Path) -> Recording:
         if number == 1:
             series = _series_of_format_1(tables, properties["experiment"]["law"]["name"])
         else:
-            series = _series(tables, json.loads(str(about["channels"][0])))
+            series = _series(tables, json.loads(str(about["channels"][0])), number)
         if len(series) != about["rows"][0]:
             raise RecordingError(f"recording {str(path)!r} lacks rows; record the run again")
         archive = tables.components(_path_of_properties(ARCHIVE)).get(ZIP)
@@ -90,8 +90,8 @@ def _interval(about: Table) -> int:
     return every
 
 
-def _series(tables: "_Tables", entries: Mapping[str, Mapping[str, Any]]) -> Series:
-    """Read the channels that a recording describes."""
+def _series(tables: "_Tables", entries: Mapping[str, Mapping[str, Any]], number: int) -> Series:
+    """Read the channels that a recording of format ``number`` describes."""
     described = {name: channel_of(entry, name) for name, entry in entries.items()}
     shared = tables.components(f"/{SERIES}")
     rows = len(shared["time"])
@@ -102,7 +102,7 @@ def _series(tables: "_Tables", entries: Mapping[str, Mapping[str, Any]]) -> Seri
         flat = own[0] if len(own) == 1 else np.hstack([each.reshape(rows, -1) for each in own]) if own else shared[name]
         channels[name] = _shaped(channel, flat, rows)
     for name, known in CHANNELS.items():
-        if name not in channels and known.when is Condition.ALWAYS:
+        if name not in channels and known.when is Condition.ALWAYS and known.since <= number:
             raise KeyError(name)
         if name in channels and known.axes is not None and channels[name].shape[1:] != known.shape:
             raise ValueError(f"its channel {name!r} has rows of shape {channels[name].shape[1:]}")
@@ -131,7 +131,7 @@ def _series_of_format_1(tables: "_Tables", law: str) -> Series:
         flat = shared.get(name)
         if flat is None:
             flat = tables.components(f"/{plot_entity(name)}").get(_SCALARS)
-        if flat is None and channel.when is Condition.ALWAYS:
+        if flat is None and channel.when is Condition.ALWAYS and channel.since == 1:
             raise KeyError(name)
         if flat is not None and not (channel.when is Condition.SURFACE and np.isnan(flat).all()):
             channels[name] = _shaped(channel, flat, len(shared["time"]))

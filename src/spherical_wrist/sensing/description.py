@@ -32,20 +32,17 @@ Delay = Annotated[float, Field(ge=0, le=1)]
 
 
 class Sensing(Member):
-    """Sensors of attitude and rate.
-
-    Attributes:
-        random: names of the parameters that make the samples depend on the seed.
-    """
+    """Sensors of attitude and rate."""
 
     kind: ClassVar[str] = "sensing"
     abstract: ClassVar[bool] = True
-    random: ClassVar[tuple[str, ...]] = ("attitude_noise", "rate_noise", "loss")
 
-    attitude_noise: NonNegative = quantity(0.0, "rad", "standard deviation of the attitude, per axis and sample")
+    attitude_noise: NonNegative = quantity(
+        0.0, "rad", "standard deviation of the attitude, per axis and sample", random=True
+    )
     attitude_quantum: NonNegative = quantity(0.0, "rad", "resolution of the attitude, per component of its log")
     rate_noise: NonNegative = quantity(
-        0.0, "rad/s", "standard deviation of the rate, per axis and sample", acts_with={"rate": "measured"}
+        0.0, "rad/s", "standard deviation of the rate, per axis and sample", acts_with={"rate": "measured"}, random=True
     )
     rate_bias: Vector = quantity(
         (0.0, 0.0, 0.0), "rad/s", "constant error of the rate, per axis", acts_with={"rate": "measured"}
@@ -57,7 +54,7 @@ class Sensing(Member):
         0.0, "s", "time constant T_f of the filter on an estimated rate", acts_with={"rate": "estimated"}
     )
     delay: Delay = quantity(0.0, "s", "age of a sample, any fraction of periods")
-    loss: Probability = quantity(0.0, "", "probability that a sample is lost", percent=True)
+    loss: Probability = quantity(0.0, "", "probability that a sample is lost", percent=True, random=True)
     timestamped: bool = quantity(
         True,
         "",
