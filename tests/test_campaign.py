@@ -12,6 +12,7 @@ import stat
 import subprocess
 import sys
 import time
+import tomllib
 import tracemalloc
 from contextlib import suppress
 from itertools import product
@@ -406,66 +407,109 @@ design = "grid"
 batch = 1
 [experiment]
 duration = 0.02
+disturbance = {{ name = "constant", amplitude = 0.001 }}
 [vary]
 model = ["{here}/a/wrist.xml", "{here}/b/wrist.xml"]
+reference = [{{ name = "recorded", file = "{here}/motion.csv" }}]
 """
+PART = '<mujoco><asset><mesh name="none" vertex="0 0 0 1 0 0 0 1 0 0 0 1"/></asset></mujoco>'
 
 
-def test_a_campaign_moves_with_the_files_that_it_names(tmp_path, wrist):
-    """No file that it writes names a folder of the machine, and all commands go on elsewhere."""
-    here, there = tmp_path / "sender", tmp_path / "moved" / "to"
+def test_a_campaign_is_sent_with_the_files_that_it_names(tmp_path, wrist, monkeypatch):
+    """Its folder names none of the machine, and resumes, replays and reports where nothing else of it is."""
+    here, there = tmp_path / "sender", tmp_path / "receiver"
     for name in "ab":
         (here / name).mkdir(parents=True)
-        shutil.copy(default_model(), here / name / "wrist.xml")
-    (here / "mine.py").write_text(LAW)
+        text = default_model().read_text().replace("<worldbody>", f'<include file="{name}.xml"/><worldbody>', 1)
+        (here / name / "wrist.xml").write_text(text)
+        (here / name / f"{name}.xml").write_text(PART)
+    (here / "helper.py").write_text("gain = 0.1\n")
+    (here / "mine.py").write_text(f"import helper\n{LAW}".replace("0.1 *", "helper.gain *"))
+    (here / "motion.csv").write_text("t,w,x,y,z\n" + "".join(f"{0.1 * k:g},1,0,0,0\n" for k in range(20)))
     folder = swept(here / "c", MOVED.format(here=here))
     before = rows(folder)
-    assert {row["model"] for row in before} == {"a/wrist.xml", "b/wrist.xml"}
-    assert {row["law"] for row in before} == {"sender/mine.py:Mine", "pd"}
+    assert {row["model"] for row in before} == {"wrist/wrist.xml", "wrist-2/wrist.xml"}
+    assert {row["law"] for row in before} == {"mine.py:Mine", "pd"}
     tables = [str(parquet.read_table(file).to_pylist()) for file in sorted((folder.path / "episodes").iterdir())]
-    assert [text for text in [*tables, (folder.path / "campaign.json").read_text()] if str(here) in text] == []
-    there.parent.mkdir()
-    here.rename(there)
-    moved = Folder.open(there / "c", trust=True)
+    texts = [*tables, *((folder.path / name).read_text() for name in ("campaign.json", "campaign.toml"))]
+    assert [text for text in texts if "sender" in text or str(tmp_path) in text] == []
+    there.mkdir()
+    shutil.copytree(folder.path, there / "c")
+    shutil.rmtree(here)
+    monkeypatch.chdir(there)
+    moved = Folder.open("c")
     assert rows(moved) == before
     (moved.path / "episodes" / moved.files.batch(1).file).unlink()
-    code, _, err = wrist("sweep", there / "c", "--resume", "--trust", "--workers", "0", "--threads", "1")
+    assert "--trust" in wrist("sweep", "c", "--resume")[2]
+    code, _, err = wrist("sweep", "c", "--resume", "--trust", "--workers", "0", "--threads", "1")
     assert code == 0, err
     assert rows(moved) == before
-    assert wrist("sweep", there / "c", "--replay", "0", "-o", "0.rrd", "--trust")[0] == 1  # failed, as it had
-    code, out, _ = wrist("report", there / "c", "--json")
-    told = json.loads(out)
-    del told["campaign"]["file"]  # as it was given
-    assert (code, str(here) in json.dumps(told)) == (0, False)
+    assert wrist("sweep", "c", "--replay", "0", "-o", "0.rrd", "--trust")[0] == 1  # failed, as it had
+    assert wrist("sweep", "c", "--replay", "1", "-o", "1.rrd", "--trust")[0] == 0
+    code, out, _ = wrist("report", "c", "--json")
+    assert (code, "sender" in out) == (0, False)
+
+
+def older(folder, text):
+    """The folder of a campaign as an older version made it: it names files by their paths, and carries none."""
+    described = json.loads((folder.path / "campaign.json").read_text())
+    campaign = Campaign(**tomllib.loads(text)).resolved()
+    described |= {"campaign": json.loads(campaign.to_json()), "digest": digests_of(campaign)[1]}
+    del described["files"]
+    (folder.path / "campaign.json").write_text(json.dumps(described))
+    shutil.rmtree(folder.path / "files")
+    for file in (folder.path / "episodes").iterdir():
+        file.unlink()  # their digest is that of this version
 
 
 def test_a_folder_of_an_older_version_with_absolute_paths_goes_on(tmp_path, wrist):
     (tmp_path / "mine.py").write_text(LAW)
     text = f'laws = ["{tmp_path}/mine.py:Mine"]\nsamples = 2\n[experiment]\nduration = 0.02\n'
     folder = swept(tmp_path / "c", text)
-    described = json.loads((folder.path / "campaign.json").read_text())
-    older = digests_of(folder.campaign)[1]
-    described |= {"campaign": json.loads(folder.campaign.to_json()), "digest": older}
-    (folder.path / "campaign.json").write_text(json.dumps(described))
-    for file in (folder.path / "episodes").iterdir():
-        file.unlink()  # their digest is that of this version
+    older(folder, text)
     assert wrist("sweep", folder.path, "--resume", "--trust", "--workers", "0", "--threads", "1")[0] == 0
     assert wrist("sweep", folder.path)[0] == 0
 
 
-def test_an_edited_law_is_not_resumed(tmp_path, wrist):
+def test_a_folder_of_an_older_version_reads_files_of_this_machine_only_with_consent(tmp_path, wrist):
+    shutil.copy(default_model(), tmp_path / "mine.xml")
+    text = f'samples = 1\n[experiment]\nduration = 0.02\nmodel = "{tmp_path}/mine.xml"\n'
+    folder = swept(tmp_path / "c", text)
+    older(folder, text)
+    for options in (["--resume"], ["--replay", "0", "-o", tmp_path / "0.rrd"]):
+        assert "files outside of it" in wrist("sweep", folder.path, *options)[2]
+        assert wrist("sweep", folder.path, *options, "--trust")[0] == 0
+
+
+CHANGES = {
+    "an edited law": (lambda law: law.write_text(law.read_text().replace("0.1", "0.2")), "has changed since"),
+    "a lost law": (lambda law: law.unlink(), "cannot be read"),
+    "a library beside it": (lambda law: (law.parent / "numpy.so").write_bytes(b""), "no file of the campaign"),
+    "a link beside it": (lambda law: (law.parent / "numpy").symlink_to("/tmp"), "no file of the campaign"),
+}
+
+
+def test_a_campaign_whose_copies_changed_does_not_go_on(tmp_path, wrist):
     law = tmp_path / "mine.py"
-    law.write_text(
-        "from spherical_wrist.control import Law\n\n\nclass Mine(Law):\n    @staticmethod\n"
-        "    def step(signal, parameters, state, command):\n        for i in range(3):\n"
-        "            command.torque[i] = 0.1 * signal.error[i]\n"
-    )
+    law.write_text(LAW)
+    file = tmp_path / "c.toml"
     folder = swept(tmp_path / "c", f'laws = ["{law}:Mine"]\nsamples = 2\n[experiment]\nduration = 0.01\n')
     resume = shlex.split(folder.command("--resume"))[1:]
-    assert wrist(*resume)[0] == 0
-    law.write_text(law.read_text().replace("0.1", "0.2"))
-    code, _, err = wrist(*resume)
-    assert (code, "file of a law" in err) == (2, True)
+    assert "--trust" in resume
+    law.write_text(LAW.replace("0.1", "0.3"))
+    assert wrist(*resume)[0] == 0  # with the copy
+    code, _, err = wrist("sweep", file, "-o", folder.path, "--resume")
+    assert (code, err.count("\n"), "has changed since the campaign began, 'mine.py'" in err) == (2, 1, True)
+    law.write_text(LAW)
+    assert wrist("sweep", file, "-o", folder.path, "--resume")[0] == 0
+    for number, (change, said) in enumerate(CHANGES.values()):
+        copy = tmp_path / f"copy-{number}"
+        shutil.copytree(folder.path, copy)
+        change(copy / "files" / "mine" / "mine.py")
+        for options in (["--resume"], ["--replay", "0", "-o", tmp_path / "0.rrd"]):
+            code, _, err = wrist("sweep", copy, "--trust", *options)
+            assert (code, err.count("\n"), said in err) == (2, 1, True), err
+        assert wrist("sweep", copy)[0] == 0  # which needs none of them
 
 
 def test_other_versions_are_refused_but_for_anyway(copy, wrist, monkeypatch):

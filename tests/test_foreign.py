@@ -289,13 +289,7 @@ def campaign(wrist, evil, ran, tmp_path):
     code, _, err = wrist("sweep", tmp_path / "c.toml", "-o", tmp_path / "c", "--workers", "0", "--threads", "1")
     assert code == 0, err
     ran.unlink()
-    forget(evil)
-    return tmp_path / "c"
-
-
-def forget(evil):
-    """Make the next load of the file run it: an edit does."""
-    evil.write_text(evil.read_text() + "\n")
+    return (tmp_path / "c").rename(tmp_path / "mailed")  # a file in another place is loaded, and run, anew
 
 
 def test_results_of_a_campaign_are_shown_without_its_code(wrist, campaign, ran):
@@ -318,13 +312,11 @@ def test_a_campaign_runs_its_code_only_with_consent(wrist, campaign, ran, tmp_pa
     assert (code, err.count("\n")) == (2, 1)
     assert "--trust" in err
     assert not ran.exists()
-    code, _, err = wrist("sweep", campaign, *options, "--trust")
+    assert wrist("sweep", campaign, *options, "--trust")[0] == 0
     assert ran.exists()
-    assert ("has changed" in err) == (options == ["--resume"])  # the law was edited
 
 
-def test_a_campaign_file_is_consent_to_what_it_names(wrist, campaign, evil, ran, tmp_path):
-    evil.write_text(EVIL.format(ran=str(ran)))
+def test_a_campaign_file_is_consent_to_what_it_names(wrist, campaign, tmp_path):
     code, _, err = wrist("sweep", tmp_path / "c.toml", "-o", campaign, "--resume", "--workers", "0")
     assert (code, err) == (0, "")
 

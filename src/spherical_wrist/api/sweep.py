@@ -168,9 +168,8 @@ def _run(
         elif not resume:
             raise CampaignError(f"{str(path)!r} holds a campaign: resume=True goes on with it, or give another folder")
         else:
+            Folder.open(path).check_same(campaign)
             folder = resumed(path, trust=True)
-            if folder.campaign.to_json() != campaign.resolved().to_json():
-                raise CampaignError(f"{str(path)!r} holds another campaign than this one: give another folder")
         run_campaign(folder, Cluster(workers=0, threads=jobs), Listener(counter(progress, "episodes"), python_warning))
     return CampaignResults(folder)
 

@@ -43,6 +43,7 @@ from spherical_wrist.campaign.design import SOBOL_BITS, DesignName, draw, episod
 from spherical_wrist.campaign.distribution import Distribution, distribution
 from spherical_wrist.campaign.episode import AXES, Episode, changed
 from spherical_wrist.campaign.portable import without_folders
+from spherical_wrist.consent import is_code
 from spherical_wrist.errors import ParameterError, WristError
 from spherical_wrist.experiment.description import Experiment, read_toml, with_changes
 from spherical_wrist.parameters import Member, Parameters, quantity
@@ -67,9 +68,9 @@ def _labelled(given: Any) -> Any:
 
 def _label(law: Any) -> str:
     if not isinstance(law, Mapping):
-        return str(without_folders(str(law)))
+        return str(without_folders(str(law), 1))
     parameters = (f"{name}={value}" for name, value in law.items() if name != "name")
-    return " ".join([str(without_folders(str(law.get("name", "")))), *parameters]).strip()
+    return " ".join([str(without_folders(str(law.get("name", "")), 1)), *parameters]).strip()
 
 
 class Campaign(Parameters):
@@ -224,8 +225,12 @@ def _with_whole_path(base: Experiment, name: str, option: Any) -> Any:
     part = getattr(changed(base, {name: option}), key)
     if parameter:
         value = getattr(part, parameter, None)
+        if parameter == "name" and is_code(option):
+            return type(part).address
         return str(value) if isinstance(value, Path) else option
     if isinstance(part, Path):
         return str(part)
     files = {field: str(value) for field, value in part if isinstance(value, Path)} if isinstance(part, Member) else {}
-    return {**(option if isinstance(option, Mapping) else {}), "name": part.name, **files} if files else option
+    if not files and not is_code(getattr(type(part), "address", "")):
+        return option
+    return {**(option if isinstance(option, Mapping) else {}), "name": type(part).address, **files}

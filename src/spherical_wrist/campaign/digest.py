@@ -6,10 +6,9 @@ from collections.abc import Iterator, Mapping
 from functools import lru_cache
 from pathlib import Path
 
+from spherical_wrist.campaign.carried_files import all_experiments
 from spherical_wrist.campaign.description import Campaign
-from spherical_wrist.campaign.episode import changed
 from spherical_wrist.campaign.portable import without_folders
-from spherical_wrist.experiment.description import Experiment
 from spherical_wrist.parameters import paths_of
 from spherical_wrist.simulation.run import versions
 from spherical_wrist.wrist import model_files
@@ -66,7 +65,7 @@ def digests_of(campaign: Campaign) -> tuple[str, str]:
 
 def _contents(campaign: Campaign) -> Iterator[bytes]:
     """Yield the contents of all files that a campaign names."""
-    for experiment in _all_that_name_files(campaign):
+    for experiment in all_experiments(campaign):
         if experiment.model is not None:
             yield from model_files(experiment.model).values()
         yield experiment.law.source()
@@ -74,13 +73,3 @@ def _contents(campaign: Campaign) -> Iterator[bytes]:
             yield part.source()
             for file in paths_of(part).values():
                 yield file.read_bytes() if file.is_file() else b""
-
-
-def _all_that_name_files(campaign: Campaign) -> Iterator[Experiment]:
-    """Yield the experiment under every law, and with every single value that may be a file."""
-    yield from campaign.bases.values()
-    first = next(iter(campaign.bases.values()))
-    for name, distribution in campaign.distributions.items():
-        if distribution.kind in ("text", "table"):
-            for option in distribution.options or ():
-                yield changed(first, {name: option})

@@ -12,40 +12,29 @@ SHOWN = 2
 """Last parts of a path that are shown in tables: the file, and the folder that tells it from others of its name."""
 
 
-def with_marks(description: Any, folder: Path) -> Any:
-    """Return plain data with every absolute path as one from a folder."""
-
-    def marked(text: str) -> str:
-        try:
-            return MARK + Path(os.path.relpath(text, folder.resolve())).as_posix()
-        except ValueError:  # on another drive
-            return text
-
-    return _with_paths(description, marked)
-
-
 def without_marks(description: Any, folder: Path) -> Any:
-    """Return plain data as it was before :func:`with_marks`, for a folder that may have moved."""
+    """Return plain data with absolute paths for those that start at a folder, which may have moved."""
 
     def absolute(text: str) -> str:
         return os.path.normpath(folder.resolve() / text.removeprefix(MARK))
 
-    return _changed(description, lambda text: absolute(text) if text.startswith(MARK) else text)
+    return with_texts(description, lambda text: absolute(text) if text.startswith(MARK) else text)
 
 
 def without_folders(description: Any, parts: int = SHOWN) -> Any:
     """Return plain data with absolute paths cut to their last parts."""
-    return _with_paths(description, lambda text: "/".join(PurePath(text).parts[-parts:]))
+
+    def cut(text: str) -> str:
+        path = PurePath(text)
+        return "/".join(path.parts[-parts:]) if path.is_absolute() else text
+
+    return with_texts(description, cut)
 
 
-def _with_paths(description: Any, change: Callable[[str], str]) -> Any:
-    return _changed(description, lambda text: change(text) if PurePath(text).is_absolute() else text)
-
-
-def _changed(value: Any, change: Callable[[str], str]) -> Any:
+def with_texts(value: Any, change: Callable[[str], str]) -> Any:
     """Return plain data with all texts in it changed, except for keys."""
     if isinstance(value, str):
         return change(value)
     if isinstance(value, Mapping):
-        return {key: _changed(each, change) for key, each in value.items()}
-    return [_changed(each, change) for each in value] if isinstance(value, list | tuple) else value
+        return {key: with_texts(each, change) for key, each in value.items()}
+    return [with_texts(each, change) for each in value] if isinstance(value, list | tuple) else value

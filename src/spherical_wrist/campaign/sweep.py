@@ -64,8 +64,7 @@ def resume(
     """
     folder = Folder.open(path, trust=trust)
     if file is not None:
-        if Campaign.from_toml(file, changes).resolved().to_json() != folder.campaign.to_json():
-            raise CampaignError(f"{str(path)!r} holds another campaign than {str(file)!r}: give another folder with -o")
+        folder.check_same(Campaign.from_toml(file, changes))
         folder = Folder.open(path, trust=True)
     folder.check_consent()
     folder.check_unchanged(versions=not anyway)

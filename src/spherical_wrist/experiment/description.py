@@ -12,6 +12,7 @@ import numpy as np
 from pydantic import AfterValidator, BeforeValidator, Field, SerializeAsAny, ValidationInfo
 
 from spherical_wrist.actuation import Actuation, SphericalMotor
+from spherical_wrist.consent import code_is_withheld
 from spherical_wrist.control import Law
 from spherical_wrist.disturbance import Disturbance
 from spherical_wrist.errors import ParameterError, WristError, one_line, refuse_huge_integers
@@ -229,6 +230,8 @@ class Experiment(Parameters):
 
 def _whole(experiment: Experiment) -> float:
     """Return the time [s] of the whole motion, in full control periods."""
+    if code_is_withheld():  # a motion is read for it, and a description from elsewhere may name any file
+        raise ParameterError("duration = 'whole': the seconds are needed where no file is to be read")
     whole, period = experiment.reference.whole(), experiment.control_period
     if whole == inf:
         raise ParameterError(

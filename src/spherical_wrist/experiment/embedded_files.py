@@ -18,7 +18,7 @@ from spherical_wrist.errors import RecordingError, one_line
 from spherical_wrist.experiment.description import PARTS, Experiment
 from spherical_wrist.experiment.packed_files import LARGEST, PackedFiles, fingerprint
 from spherical_wrist.files import make_folder, write_together
-from spherical_wrist.parameters import Member
+from spherical_wrist.parameters import Member, paths_of
 from spherical_wrist.wrist import check_confined, default_model, model_files, portable
 
 EPOCH = (1980, 1, 1, 0, 0, 0)
@@ -55,8 +55,8 @@ class EmbeddedFiles(NamedTuple):
         places: dict[str, str] = {}
         files: dict[str, bytes] = {}
         missing: dict[str, str] = {}
-        for name, group in _groups(experiment, missing):
-            inside = {f"{name}/{path}": content for path, content in group.items()}
+        for name, group in file_groups(experiment, missing):
+            inside = {f"{name}/{path}": content for path, content in group.files.items()}
             places[name] = next(iter(inside))
             files |= inside
         size = sum(map(len, files.values()))
@@ -95,9 +95,10 @@ class EmbeddedFiles(NamedTuple):
         for path in places.values():
             if path not in files:
                 raise ValueError(f"its archive of files lacks {one_line(repr(path), 60)}")
-        for name, path in places.items():
-            if name in PARTS and not path.endswith(".py"):
-                raise ValueError(f"its archive of files has {path!r} as the Python file of its {name}")
+        for name in PARTS.keys() & places.keys():
+            for path in (places[name], *(path for path in files if _is_of(name, path))):
+                if not path.endswith(".py"):  # nobody can read bytecode and libraries, which Python would run too
+                    raise ValueError(f"its archive of files has {one_line(repr(path), 60)} as Python of its {name}")
         return cls(dict(places), files)
 
     def unpack(self, folder: Path) -> None:
@@ -224,25 +225,40 @@ def _table(part: Any) -> dict[str, Any]:
     return dict(part) if isinstance(part, Mapping) else {"name": part}
 
 
-def _groups(experiment: Experiment, missing: dict[str, str]) -> Iterator[tuple[str, Mapping[str, bytes]]]:
-    """Yield, for every parameter that stands for a file, that file first and then the files that it needs, by path.
+class FileGroup(NamedTuple):
+    """A file that an experiment names, with the files that it needs.
+
+    Attributes:
+        given: the text that names it in the description of the experiment; None for the default model.
+        files: contents by the paths that they have to each other, the named file first.
+    """
+
+    given: str | None
+    files: Mapping[str, bytes]
+
+
+def file_groups(experiment: Experiment, missing: dict[str, str]) -> Iterator[tuple[str, FileGroup]]:
+    """Yield the files of every parameter that stands for one, with its dotted name.
 
     Reasons for parts of which the source is not known are added to ``missing``.
+
+    Raises:
+        ModelError: the model cannot be read.
+        RecordingError: a file cannot be read.
     """
-    yield "model", portable(experiment.model or default_model())
+    model = experiment.model
+    yield "model", FileGroup(None if model is None else str(model), portable(model or default_model()))
     for name in PARTS:
         part: Member = getattr(experiment, name)
         if type(part).files:
-            yield name, _as_on_disk(type(part).files)
+            yield name, FileGroup(type(part).address, _as_on_disk(type(part).files))
         elif _is_own_class(name, part):
             try:
-                yield name, _as_on_disk(_source_files(part))
+                yield name, FileGroup(type(part).address, _as_on_disk(_source_files(part)))
             except SourceError as error:
                 missing[name] = str(error)
-        for parameter in type(part).model_fields:
-            file = getattr(part, parameter)
-            if isinstance(file, Path):
-                yield f"{name}.{parameter}", _as_on_disk(_only(file))
+        for parameter, file in paths_of(part).items():
+            yield f"{name}.{parameter}", FileGroup(str(file), _as_on_disk(_only(file)))
 
 
 def _is_own_class(name: str, part: Member) -> bool:
