@@ -26,8 +26,8 @@ from spherical_wrist.inspection.panels import _MOTIONS, PORTRAYED
 from spherical_wrist.inspection.picture import run_picture
 from spherical_wrist.inspection.replay import replay
 from spherical_wrist.picture_file import picture_content
-from spherical_wrist.recording import read_recording
 from spherical_wrist.recording.layout import FORMAT
+from spherical_wrist.recording.reader import read_recording
 
 OLD = sorted((Path(__file__).parent / "recordings").glob("format*/*.rrd"))
 each_channel = pytest.mark.parametrize("channel", CHANNELS.values(), ids=CHANNELS)

@@ -23,8 +23,8 @@ from spherical_wrist.experiment.description import PARTS
 from spherical_wrist.experiment.embedded_files import EmbeddedFiles
 from spherical_wrist.inspection.replay import replay
 from spherical_wrist.prepare.plant import plant_of
-from spherical_wrist.recording import write_recording
 from spherical_wrist.recording.runs import properties_of
+from spherical_wrist.recording.writer import write_recording
 from spherical_wrist.wrist import check_confined
 
 EVIL = """

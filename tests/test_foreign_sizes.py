@@ -19,8 +19,9 @@ from spherical_wrist.experiment import packed_files
 from spherical_wrist.experiment.embedded_files import EmbeddedFiles, text_without_folders
 from spherical_wrist.experiment.packed_files import LARGEST, MOST, PackedFiles
 from spherical_wrist.prepare.plant import plant_of
-from spherical_wrist.recording import seal, write_recording
+from spherical_wrist.recording import seal
 from spherical_wrist.recording.runs import properties_of
+from spherical_wrist.recording.writer import write_recording
 
 
 @pytest.fixture(scope="module")

@@ -25,10 +25,11 @@ from spherical_wrist.errors import RecordingError
 from spherical_wrist.measure.series import Series
 from spherical_wrist.prepare.plant import Perturbation, perturbed
 from spherical_wrist.recording import metrics_text as summary
-from spherical_wrist.recording import read_recording, write_recording
 from spherical_wrist.recording.experiment_text import experiment_text, title
 from spherical_wrist.recording.geometry import visible_geoms
 from spherical_wrist.recording.plots import limits
+from spherical_wrist.recording.reader import read_recording
+from spherical_wrist.recording.writer import write_recording
 from spherical_wrist.sensing import Ideal
 from spherical_wrist.wrist import Wrist
 

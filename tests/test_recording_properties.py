@@ -11,9 +11,9 @@ from fuzzing import examples
 from spherical_wrist import Experiment, load_recording, simulate
 from spherical_wrist.errors import RecordingError
 from spherical_wrist.prepare.plant import plant_of
-from spherical_wrist.recording import write_recording
 from spherical_wrist.recording.properties import check_properties
 from spherical_wrist.recording.runs import properties_of
+from spherical_wrist.recording.writer import write_recording
 
 MISSING = object()
 VALUES = [

@@ -262,7 +262,7 @@ def test_a_recording_without_files_says_so(tmp_path):
 def test_the_checksums_in_the_properties_are_those_of_the_files(tmp_path):
     from hashlib import sha256
 
-    from spherical_wrist.recording import read_recording
+    from spherical_wrist.recording.reader import read_recording
 
     record(simulate(Experiment(duration=0.1)), tmp_path / "run.rrd")
     told = read_recording(tmp_path / "run.rrd").properties["files"]["model"]

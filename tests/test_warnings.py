@@ -13,9 +13,9 @@ from spherical_wrist import Experiment, load_recording, record, simulate
 from spherical_wrist.measure.metrics import METRICS
 from spherical_wrist.measure.warnings import CHECKS, summarized, warnings_of
 from spherical_wrist.prepare.plant import plant_of
-from spherical_wrist.recording import write_recording
 from spherical_wrist.recording.metrics_text import metrics_text
 from spherical_wrist.recording.runs import properties_of
+from spherical_wrist.recording.writer import write_recording
 
 
 @pytest.mark.parametrize("name", CHECKS)

@@ -8,7 +8,6 @@ the target. A killed process may leave that file; commands remove it when they n
 import errno
 import os
 import re
-import secrets
 import stat
 import time
 from collections.abc import Iterable, Iterator, Mapping
@@ -215,7 +214,7 @@ class _Draft(NamedTuple):
 
 @contextmanager
 def _draft(folder: Path) -> Iterator[_Draft]:
-    hidden = folder / f".wrist-{secrets.token_hex(8)}.part"
+    hidden = folder / f".wrist-{os.urandom(8).hex()}.part"
     descriptor = _open_nameless(folder)
     nameless = descriptor is not None
     if descriptor is None:

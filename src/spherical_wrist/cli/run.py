@@ -66,6 +66,10 @@ def command(
     """
     from rich.text import Text
 
+    from spherical_wrist.compat.imports import import_mujoco_without_window, pandas_hidden
+
+    import_mujoco_without_window()
+
     from spherical_wrist.cli.output import run_table, warn
     from spherical_wrist.cli.signals import heard, noted
     from spherical_wrist.cli.tables import print_json, printer
@@ -104,9 +108,10 @@ def command(
             heard()
         recording = target if len(run) else None
         if recording is not None:
-            from spherical_wrist.recording.runs import record  # half a second of imports
+            with pandas_hidden():
+                from spherical_wrist.recording.runs import record  # half a second of imports
 
-            record(run, recording)
+                record(run, recording)
         if close is not None:
             close(run)
     motion = described.reference.about()

@@ -14,9 +14,10 @@ from spherical_wrist.loop.outcome import Outcome, Status
 from spherical_wrist.measure.bound import BOUND
 from spherical_wrist.measure.metrics import Metrics, MetricSettings
 from spherical_wrist.measure.warnings import warnings_of
-from spherical_wrist.recording import Recording, read_recording, write_recording
 from spherical_wrist.recording.experiment_text import experiment_text, title
 from spherical_wrist.recording.properties import check_properties
+from spherical_wrist.recording.reader import Recording, read_recording
+from spherical_wrist.recording.writer import write_recording
 from spherical_wrist.simulation.run import Run
 from spherical_wrist.stages import stage
 

@@ -9,7 +9,6 @@ from functools import cached_property
 from pathlib import Path
 from typing import NamedTuple
 from xml.etree import ElementTree
-from xml.sax.saxutils import escape
 
 import mujoco
 
@@ -113,7 +112,7 @@ def _flat(contents: Mapping[Path, bytes], names: Sequence[_Name]) -> dict[str, b
         places[file] = f"{folders[file.parent]}/{file.name}"  # an asset without a name is called like its file
     edits = defaultdict[Path, dict[tuple[int, int], bytes]](dict)
     for name in names:
-        edits[name.text][name.begin, name.end] = escape(places[name.file], {'"': "&quot;", "'": "&apos;"}).encode()
+        edits[name.text][name.begin, name.end] = html.escape(places[name.file]).encode()
     for file in texts:
         for tag, attributes in _elements(contents[file]):
             if tag == "compiler":
