@@ -98,7 +98,9 @@ class EmbeddedFiles(NamedTuple):
         for name in PARTS.keys() & places.keys():
             for path in (places[name], *(path for path in files if _is_of(name, path))):
                 if not path.endswith(".py"):  # nobody can read bytecode and libraries, which Python would run too
-                    raise ValueError(f"its archive of files has {one_line(repr(path), 60)} as Python of its {name}")
+                    raise ValueError(
+                        f"its archive of files has {one_line(repr(path), 60)} as the Python file of its {name}"
+                    )
         return cls(dict(places), files)
 
     def unpack(self, folder: Path) -> None:
