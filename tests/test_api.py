@@ -5,6 +5,7 @@ import base64
 import io
 import json
 import re
+import shlex
 import subprocess
 import sys
 from pathlib import Path
@@ -26,6 +27,7 @@ from spherical_wrist.errors import ParameterError, WristError
 from spherical_wrist.experiment.values import Conditions, ExperimentValues
 from spherical_wrist.inspection.columns import columns
 from spherical_wrist.measure.metrics import METRICS
+from spherical_wrist.missing_package import installing
 from spherical_wrist.picture_file import PICTURES
 from spherical_wrist.reference import Lissajous
 
@@ -278,6 +280,22 @@ def test_a_result_is_drawn_without_a_display(frontier):
     assert "matplotlib.pyplot" not in sys.modules or not sys.modules["matplotlib.pyplot"].get_fignums()
 
 
+def test_a_result_is_drawn_in_the_width_that_a_paper_wants(result):
+    for width, inches in (("one-column", 3.5), (7.16, 7.16)):
+        if isinstance(result, sw.Run) and inches < 6.0:
+            with pytest.raises(ParameterError, match="wrist plot"):
+                result.plot(width)
+        else:
+            assert result.plot(width).get_figwidth() == inches
+
+
+def test_a_picture_is_saved_in_a_width(frontier, tmp_path):
+    saved = Image.open(io.BytesIO(frontier.save(tmp_path / "frontier.png", "one-column").read_bytes()))
+    assert saved.width == 3.5 * 300
+    with pytest.raises(ParameterError, match="width 'wide'"):
+        frontier.save(tmp_path / "frontier.png", "wide")
+
+
 def test_files_are_written_by_their_suffix(result, tmp_path):
     valid = set(result._view().files())
     assert {".csv", ".parquet", ".json", *PICTURES} <= valid
@@ -357,7 +375,21 @@ def test_a_missing_library_is_one_line(run, monkeypatch):
         monkeypatch.setitem(sys.modules, name, None)
         with pytest.raises(ParameterError) as error:
             call()
-        assert one_line(error.value) == f"{name} is not installed: pip install 'spherical-wrist[notebook]'"
+        assert one_line(error.value) == f"{name} is not installed: {installing('notebook')}"
+
+
+def test_a_missing_package_is_installed_where_this_interpreter_runs(monkeypatch, tmp_path):
+    """With its own pip, not the shell's; and by uv where there is none. The shell reads the command as it stands."""
+    monkeypatch.chdir(tmp_path)
+    inside, wanted = tmp_path / "my env" / "bin", "spherical-wrist[tune]"
+    monkeypatch.setattr("sys.executable", str(inside / "python"))
+    monkeypatch.setattr("shutil.which", lambda name: str(tmp_path / "other" / name))
+    assert shlex.split(installing("tune")) == ["my env/bin/python", "-m", "pip", "install", wanted]
+    monkeypatch.setattr("shutil.which", lambda name: str(inside / name))
+    assert shlex.split(installing("tune")) == ["pip", "install", wanted]
+    monkeypatch.setattr("shutil.which", lambda name: None)
+    monkeypatch.setattr("spherical_wrist.missing_package.find_spec", lambda name: None)
+    assert shlex.split(installing("tune")) == ["uv", "pip", "install", "--python", "my env/bin/python", wanted]
 
 
 def test_a_run_without_figures_or_series_is_shown():

@@ -20,7 +20,7 @@ ROOT = Path(spherical_wrist.__file__).parent
 LEVELS = (
     {
         "errors", "channels", "colours", "consent", "plain_text", "picture_axes", "picture_file", "picture_style",
-        "result", "result_table", "seal", "so3", "stages", "versions", "package_files",
+        "missing_package", "result", "result_table", "seal", "so3", "stages", "versions", "package_files",
     },
     {"files", "folder_lock", "compat"},
     {"parameters", "user_file", "class_source", "wrist"},

@@ -726,7 +726,7 @@ def test_the_table_for_a_paper():
     assert [column.label for column in one.columns][:3] == [
         "law",
         "error [×]",
-        METRICS["rms_error_rad"].heading_and_unit,
+        METRICS["rms_error_rad"].label_and_unit,
     ]
     assert one.rows[0][:3] == ["a_b", 1.0, pytest.approx(1e-3)]
     assert {(0, 1), (0, 2)} <= one.best
@@ -792,7 +792,7 @@ def test_the_folder_has_the_same_numbers_in_every_form(wrist):
         assert row["command"] == cell["command"]
         assert (row["copper_loss_W"] == "") == (cell["metrics"]["copper_loss_W"] is None)
     text = Path("out/comparison.md").read_text()
-    assert "| law | ratio | RMS error [rad] |" in text
+    assert "| law | ratio | attitude error, RMS [rad] |" in text
     assert f"{given['cells'][0]['metrics']['max_tip_error_mm']:.4g}" in text
     for case in given["cases"]:
         assert f"| {case['case']} | {case['discriminates']} | {case['winner']} | {case['runner_up']} |" in text

@@ -20,6 +20,7 @@ from spherical_wrist.comparison.frontier import Edge, frontier
 from spherical_wrist.comparison.frontier_picture import frontier_picture
 from spherical_wrist.comparison.frontier_report import order, to_dict
 from spherical_wrist.comparison.frontier_table import frontier_table
+from spherical_wrist.comparison.law_selection import registered
 from spherical_wrist.control import ComputedTorque, SlidingComputedTorque
 from spherical_wrist.errors import ParameterError, UnknownNameError, WristError
 from spherical_wrist.experiment.axes import AXES, chosen_axes
@@ -172,7 +173,7 @@ def test_a_wrist_that_turns_about_its_tool_misses_by_attitude(nominal):
     (edge,) = frontier(laws, axes, HOLD, {}, tolerance=0.005)
     assert edge.misses == pytest.approx(brentq(turned, 0.0, 0.2), rel=0.006, abs=0.006 * axes[0].first)
     assert edge.miss.metric == "max_error_rad"
-    assert edge.miss.reason == f"max error {edge.miss.value:.4g} rad > 0.01 rad"
+    assert edge.miss.reason == f"attitude error, largest {edge.miss.value:.4g} rad > 0.01 rad"
     (by_tip,) = frontier(laws, axes, HOLD, {}, bounds=tip(0.1), tolerance=0.1)
     assert by_tip.misses > 1.3 * edge.misses
 
@@ -257,9 +258,9 @@ def test_a_miss_is_the_bound_that_is_exceeded_the_most():
     done = Outcome(Status.COMPLETED, 1.0)
     assert find_miss(done, figures, {"max_tip_error_mm": 0.3, "max_error_rad": 0.02}) is None
     found = find_miss(done, figures, {"max_tip_error_mm": 0.1, "max_error_rad": 0.005})
-    assert found == Miss("max_error_rad", 0.02, "max error 0.02 rad > 0.005 rad")
+    assert found == Miss("max_error_rad", 0.02, "attitude error, largest 0.02 rad > 0.005 rad")
     found = find_miss(done, figures, {"max_tip_error_mm": 0.1, "reaching_time_s": 9.0})
-    assert found == Miss("reaching_time_s", None, "reached at without a value > 9 s")
+    assert found == Miss("reaching_time_s", None, "surface reached at without a value > 9 s")
     lost = Outcome(Status.DIVERGED, 0.5, "the rate is 1e9 rad/s")
     assert find_miss(lost, figures, {"max_tip_error_mm": 1.0}) == Miss(None, None, str(lost))
 
@@ -330,7 +331,7 @@ MASS, COM = chosen_axes(["heavier", "com"])
 
 
 def edge(law, axis, found, misses=None):
-    miss = None if misses is None else Miss("max_error_rad", 0.02, "max error 0.02 rad > 0.01 rad")
+    miss = None if misses is None else Miss("max_error_rad", 0.02, "attitude error, largest 0.02 rad > 0.01 rad")
     return Edge(law, axis, Crossing(found, 0.0, misses, (0.0,)), Experiment(), miss)
 
 
@@ -374,6 +375,19 @@ def test_rows_of_the_picture_end_at_the_crossings_in_one_order_of_laws(width):
             assert mark.get_xdata()[0] == stem.get_xdata()[-1] == pytest.approx(end or panel.get_xlim()[0])
     meanings = {text.get_text() for text in made.legends[0].get_texts()}
     assert {"no miss up to here", "the nominal wrist misses"} < meanings
+
+
+def test_one_column_with_every_law_and_axis_fits_a_page_and_says_which_row_is_which():
+    laws, axes = registered(), chosen_axes()
+    found = [edge(law, axis, CrossingStatus.NEVER) for law in laws for axis in axes]
+    shown = to_dict(found, laws, axes, BOUNDS, 0.02, 1.0)
+    made = frontier_picture(shown, axes, WIDTHS["one-column"])
+    assert made.get_figheight() < 9.5  # of the text on a page of letter paper
+    names = [law["law"] for law in shown["laws"]]
+    numbers = [label.get_text() for label in made.axes[0].get_yticklabels()]
+    assert [text.get_text().split() for text in made.texts] == [list(pair) for pair in zip(numbers, names, strict=True)]
+    right = max(text.get_window_extent().x1 for text in made.texts)
+    assert right < made.bbox.x1
 
 
 def test_the_table_for_a_paper():

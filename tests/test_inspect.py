@@ -12,6 +12,7 @@ import pytest
 from PIL import Image
 from scipy.spatial.transform import Rotation
 
+from rigs import one_line
 from sampling import some
 from spherical_wrist import Experiment, load_recording, record, simulate
 from spherical_wrist.colours import AXES, of_components
@@ -19,7 +20,7 @@ from spherical_wrist.inspection.curves import telling_rows, view, with_gaps
 from spherical_wrist.inspection.difference import difference
 from spherical_wrist.inspection.difference_picture import difference_picture
 from spherical_wrist.inspection.drawing import figure
-from spherical_wrist.inspection.picture import run_picture
+from spherical_wrist.inspection.picture import BESIDE, NARROWEST, run_picture
 from spherical_wrist.inspection.run_difference import run_difference
 from spherical_wrist.inspection.settings import differing_settings
 from spherical_wrist.loop.outcome import Outcome, Status
@@ -104,6 +105,26 @@ def test_a_portrait_shows_where_a_run_comes_from_and_another_what_is_left_of_it(
     steady = run_picture(found.replaced(rate_error=rate), ["title"]).axes[place + 1]
     assert steady.get_ylim()[1] < 1.0
     assert "|ė| = 5 rad/s" in steady.texts[0].get_text()
+
+
+def test_a_sheet_of_any_width_has_all_panels_and_no_title_over_another(fuzzy):
+    names = []
+    for width in (NARROWEST, BESIDE):
+        made = run_picture(fuzzy, ["title " * 30, "conditions " * 30], width)
+        assert made.get_figwidth() == width
+        names.append(sorted(panel.get_title(loc="left") for panel in made.axes))
+        for panel in made.axes:
+            left, right = panel._left_title.get_window_extent(), panel._right_title.get_window_extent()
+            assert left.x1 < right.x0 or not right.width
+            assert right.x1 < made.bbox.x1
+    assert names[0] == names[1]
+
+
+def test_a_sheet_that_is_too_narrow_is_refused_with_what_fits(wrist):
+    run(law="pd").save("a.rrd")
+    code, _, err = wrist("inspect", "a.rrd", "--plot", "a.pdf", "--width", "one-column")
+    assert (code, Path("a.pdf").exists()) == (2, False)
+    assert "wrist plot FILE.rrd" in one_line(err.rstrip())
 
 
 def test_components_of_an_axis_have_its_colour():

@@ -317,7 +317,6 @@ def test_its_entry_is_complete(name):
     assert name.isidentifier()
     assert name.endswith(suffix(metric.unit))
     assert metric.label
-    assert metric.heading
     assert len(metric.meaning.split()) > 2
     assert not metric.meaning.endswith(".")
     assert metric.quantity in (*QUANTITIES, *EVENTS)
@@ -366,7 +365,7 @@ def test_the_guide_has_the_table_of_the_registry():
 # --- a new metric ----------------------------------------------------------------------------------------------------
 
 NEW = Metric(
-    *("mean_tilt_rad", "tilt, mean", "mean tilt", "rad", "tilt", MEAN),
+    *("mean_tilt_rad", "tilt, mean", "rad", "tilt", MEAN),
     "mean angle between the tool and its direction at the identity",
     shown=(1e3, "mrad"),
     since=FORMAT + 1,

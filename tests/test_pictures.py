@@ -119,7 +119,7 @@ def test_widths():
     for wrong in ("", "88", "mm", "-3in", "1in", "3m", "1e1in", "nan in"):
         with pytest.raises(ParameterError) as error:
             width_inches(wrong)
-        assert "--width" in one_line(error.value)
+        assert "width" in one_line(error.value)
 
 
 def test_ones_own_laws_have_the_accent_and_the_papers_its_colour():

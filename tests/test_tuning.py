@@ -23,6 +23,7 @@ from spherical_wrist.comparison import Case, laws_from_texts
 from spherical_wrist.control import PD, FuzzySlidingComputedTorque, Law, SlidingComputedTorque
 from spherical_wrist.errors import ParameterError, WristError
 from spherical_wrist.folder_lock import folder_lock
+from spherical_wrist.missing_package import installing
 
 optuna = pytest.importorskip("optuna")
 
@@ -543,7 +544,7 @@ def test_the_command_says_in_one_line_that_optuna_is_not_there(wrist, monkeypatc
     monkeypatch.setitem(sys.modules, "optuna", None)
     code, out, err = wrist("tune", "pd")
     assert (code, out) == (2, "")
-    assert err == "wrist: error: tuning needs Optuna: pip install 'spherical-wrist[tune]'\n"
+    assert err == f"wrist: error: tuning needs Optuna: {installing('tune')}\n"
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,7 @@ from math import floor, log10
 from typing import Any
 
 from spherical_wrist.picture_style import SMALL, STYLE
-from spherical_wrist.plain_text import literal
+from spherical_wrist.plain_text import broken, literal
 
 FINER = (1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0)
 """Digits of the numbers at an axis of less than a decade."""
@@ -113,26 +113,4 @@ def wrapped(text: str, size: float, room: float, *, bold: bool = False) -> list[
         room: width of the lines [in].
         bold: True for bold type.
     """
-
-    def fits(line: str) -> bool:
-        return text_width(line.rstrip(), size, bold=bold) <= room
-
-    lines = [""]
-    for piece in _pieces(text):
-        if lines[-1] and not fits(lines[-1] + piece):
-            lines.append("")
-        lines[-1] += piece
-        while len(lines[-1]) > 1 and not fits(lines[-1]):
-            line = lines[-1]
-            cut = next((end for end in range(len(line) - 1, 1, -1) if fits(line[:end])), 1)
-            lines[-1:] = [line[:cut], line[cut:]]
-    return [line.rstrip() for line in lines]
-
-
-def _pieces(text: str) -> list[str]:
-    pieces = [""]
-    for sign in text:
-        pieces[-1] += sign
-        if sign in " ,_/":
-            pieces.append("")
-    return pieces
+    return broken(text, lambda line: text_width(line, size, bold=bold) <= room)

@@ -85,16 +85,17 @@ class LawLook(NamedTuple):
         return {"color": self.colour, "linestyle": self.dash, "linewidth": self.weight, "zorder": self.order}
 
 
-def law_looks(statuses: Mapping[str, str], *, lines: bool = False) -> dict[str, LawLook]:
+def law_looks(statuses: Mapping[str, str], *, lines: bool = False, many: bool = False) -> dict[str, LawLook]:
     """Return the looks of laws by label: one's own in the accent, the paper's in another colour, the others in grey.
 
     Args:
         statuses: status of each law (:data:`~spherical_wrist.control.contract.LawStatus`), keyed by label.
         lines: True if lines have to be told apart: then a few other laws have colours too.
+        many: True if many others have to be told apart too: by colours and dashes.
     """
     own = own_laws(statuses)
     others = [label for label, status in statuses.items() if label not in own and status != "paper"]
-    colours = RIVALS if lines and len(others) <= len(RIVALS) else (GREY,)
+    colours = RIVALS if many or (lines and len(others) <= len(RIVALS)) else (GREY,)
     dashes = ("-", (0, (4, 1.5)), (0, (1, 1)), (0, (5, 1.5, 1, 1.5)))
     seen = dict.fromkeys(("own", "paper", "other"), 0)
     looks = {}
@@ -103,7 +104,8 @@ def law_looks(statuses: Mapping[str, str], *, lines: bool = False) -> dict[str, 
         place, seen[kind] = seen[kind], seen[kind] + 1
         if kind == "other":
             pale = len(colours) == 1
-            looks[label] = LawLook(colours[place % len(colours)], "-", 0.7 if pale else 1.0, 2)
+            dash = dashes[place // len(colours) % len(dashes)] if many else "-"
+            looks[label] = LawLook(colours[place % len(colours)], dash, 0.7 if pale else 1.0, 2)
         else:
             dash = dashes[place % len(dashes)]
             own_look = LawLook(OWN, dash, 1.6, 5, accented=True, named=True)
@@ -117,20 +119,26 @@ def own_laws(statuses: Mapping[str, str]) -> frozenset[str]:
     return frozenset(label for label, status in statuses.items() if status == own)
 
 
-def width_inches(text: str) -> float:
+def width_inches(given: str | float) -> float:
     """Read the width of a picture: ``one-column``, ``two-column``, or a length such as ``88mm`` or ``3.5in``.
+
+    Args:
+        given: the text; or the width itself [in].
 
     Raises:
         ParameterError: it is none of these, or too small or large for a picture.
     """
-    if text in WIDTHS:
-        return WIDTHS[text]
-    found = re.fullmatch(r"(\d+\.?\d*|\.\d+)\s*(in|mm|cm|pt)", text.strip(), re.ASCII)
-    if found is None:
-        raise ParameterError(
-            f"--width {text!r}: {', '.join(WIDTHS)}, or a length in {', '.join(INCHES)} is needed, such as 88mm"
-        )
-    width = float(found[1]) * INCHES[found[2]]
+    if isinstance(given, str):
+        if given in WIDTHS:
+            return WIDTHS[given]
+        found = re.fullmatch(r"(\d+\.?\d*|\.\d+)\s*(in|mm|cm|pt)", given.strip(), re.ASCII)
+        if found is None:
+            raise ParameterError(
+                f"width {given!r}: {', '.join(WIDTHS)}, or a length in {', '.join(INCHES)} is needed, such as 88mm"
+            )
+        width = float(found[1]) * INCHES[found[2]]
+    else:
+        width = float(given)
     if not NARROWEST <= width <= WIDEST:
-        raise ParameterError(f"--width {text!r}: a picture is {NARROWEST:g}in to {WIDEST:g}in wide")
+        raise ParameterError(f"width {given!r}: a picture is {NARROWEST:g}in to {WIDEST:g}in wide")
     return width

@@ -5,6 +5,7 @@ paper LaTeX.
 """
 
 import re
+from collections.abc import Callable
 
 _PICTURES = {code: 0x2400 + code for code in range(32) if chr(code) not in "\n\t"}
 _OTHERS = (0x7F, *range(0x80, 0xA0), 0x200E, 0x200F, *range(0x202A, 0x202F), *range(0x2066, 0x206A))
@@ -38,6 +39,25 @@ def visible(text: str) -> str:
 def escaped(text: str) -> str:
     """Write control characters as JSON does; they occur within its strings only."""
     return text.translate({ord(sign): f"\\u{ord(sign):04x}" for sign in set(text) if visible(sign) != sign})
+
+
+def broken(text: str, fits: Callable[[str], bool]) -> list[str]:
+    """Break a text into lines that fit: after blanks, commas, colons, underscores and slashes, else anywhere.
+
+    Args:
+        text: the text.
+        fits: function that returns True for a line that is not too long.
+    """
+    lines = [""]
+    for piece in re.findall(r"[^ ,:_/]*[ ,:_/]|[^ ,:_/]+", text):
+        if lines[-1] and not fits((lines[-1] + piece).rstrip()):
+            lines.append("")
+        lines[-1] += piece
+        while len(lines[-1]) > 1 and not fits(lines[-1].rstrip()):
+            line = lines[-1]
+            cut = next((end for end in range(len(line) - 1, 1, -1) if fits(line[:end].rstrip())), 1)
+            lines[-1:] = [line[:cut], line[cut:]]
+    return [line.rstrip() for line in lines]
 
 
 def literal(text: str) -> str:

@@ -40,13 +40,20 @@ class Result:
         html: str = self._view().html()
         return html
 
-    def plot(self) -> Figure:
+    def plot(self, width: float | str | None = None) -> Figure:
         """Draw the result; no display is needed. In a notebook, the figure is shown as a picture.
+
+        Args:
+            width: width of the figure [in], or a text: ``"one-column"``, ``"two-column"``, or a length such as
+                ``"88mm"``. None for the usual one: two columns, and that of a page across for a run.
 
         Returns:
             A figure of Matplotlib, for ``figure.savefig``.
+
+        Raises:
+            ParameterError: the width is not valid.
         """
-        figure: Figure = self._view().shown_figure()
+        figure: Figure = self._view(width).shown_figure()
         return figure
 
     def to_pandas(self) -> pandas.DataFrame:
@@ -67,25 +74,27 @@ class Result:
         dataset: xarray.Dataset = self._view().to_xarray()
         return dataset
 
-    def save(self, path: str | PathLike[str]) -> Path:
+    def save(self, path: str | PathLike[str], width: float | str | None = None) -> Path:
         """Write the result to a file, in the format that the end of its name stands for; completely or not at all.
 
         Args:
             path: file to write. One that is there already is replaced.
+            width: of a picture, as for :meth:`plot`.
 
         Returns:
             The path.
 
         Raises:
-            ParameterError: the name of the file has another end than those that are valid; the message has these.
+            ParameterError: the name of the file has another end than those that are valid; the message has these. Or
+                the width is not valid.
             RecordingError: the file cannot be written.
         """
-        written: Path = self._view().save(Path(path))
+        written: Path = self._view(width).save(Path(path))
         return written
 
-    def _view(self) -> Any:
+    def _view(self, width: float | str | None = None) -> Any:
         module, _, name = self.view.partition(":")
-        return getattr(import_module(module), name)(self)
+        return getattr(import_module(module), name)(self, width)
 
 
 def counted(count: int, word: str) -> str:

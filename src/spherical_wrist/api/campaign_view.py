@@ -14,11 +14,14 @@ from spherical_wrist.api.view import Content, View, as_json
 from spherical_wrist.campaign.summary import FIGURES, QUANTILES
 from spherical_wrist.measure.bound import BOUND
 from spherical_wrist.measure.metrics import METRICS
-from spherical_wrist.picture_style import STYLE, law_looks
+from spherical_wrist.picture_style import FOR_ONE_COLUMN, STYLE, law_looks
 from spherical_wrist.plain_text import literal
 from spherical_wrist.report.findings import findings
 from spherical_wrist.report.page import page
 from spherical_wrist.result_table import Column, ResultTable
+
+HEIGHT = 2.7
+"""Height of a panel [in]."""
 
 
 class CampaignView(View[CampaignResults]):
@@ -36,7 +39,7 @@ class CampaignView(View[CampaignResults]):
         quantiles = {"median": str(QUANTILES[0]), "95 %": str(QUANTILES[1])}
         figures = [(METRICS[name], word) for name in FIGURES for word in quantiles]
         columns = [Column("law", text=True), Column("episodes"), Column("not completed")]
-        columns += [Column(f"{metric.heading}, {word}", metric.shown_unit) for metric, word in figures]
+        columns += [Column(f"{metric.label}, {word}", metric.shown_unit) for metric, word in figures]
         rows = [
             [
                 law["law"],
@@ -53,8 +56,10 @@ class CampaignView(View[CampaignResults]):
         episodes, bases = self.result.episodes, self.result.campaign.bases
         looks = law_looks({label: base.law.status for label, base in bases.items()}, lines=True)
         with mpl.rc_context(STYLE):
-            drawing = Figure(figsize=(4.6 * len(FIGURES), 3.4), layout="constrained")
-            for panel, name in zip(drawing.subplots(1, len(FIGURES), squeeze=False)[0], FIGURES, strict=True):
+            beside = 1 if self.width < FOR_ONE_COLUMN else len(FIGURES)
+            below = -(-len(FIGURES) // beside)
+            drawing = Figure(figsize=(self.width, HEIGHT * below), layout="constrained")
+            for panel, name in zip(drawing.subplots(below, beside, squeeze=False).flat, FIGURES, strict=True):
                 for law in self.laws:
                     query = f"SELECT {name} AS value FROM episodes WHERE law = ? AND outcome = 'completed'"
                     values = np.sort(episodes.arrays(query, [law["law"]])["value"])
@@ -64,7 +69,7 @@ class CampaignView(View[CampaignResults]):
                 panel.set(xscale="log", xlabel=METRICS[name].label_and_unit, ylim=(0.0, 1.02))
                 if METRICS[name].unit == "mm":
                     panel.axvline(BOUND, color="0.3", linewidth=0.9, linestyle="--")
-            drawing.axes[0].set_ylabel("share of episodes up to it")
+                panel.set_ylabel("share of episodes up to it")
             drawing.axes[-1].legend(loc="best")
         return drawing
 

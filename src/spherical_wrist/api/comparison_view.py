@@ -14,8 +14,8 @@ from spherical_wrist.measure.metrics import METRICS
 from spherical_wrist.result_table import Column, ResultTable, short
 
 MEANS = (
-    (ERROR, METRICS[ERROR].heading, METRICS[ERROR].unit),
-    (TIP_ERROR, METRICS[TIP_ERROR].heading, METRICS[TIP_ERROR].unit),
+    (ERROR, METRICS[ERROR].label, METRICS[ERROR].unit),
+    (TIP_ERROR, METRICS[TIP_ERROR].label, METRICS[TIP_ERROR].unit),
     (CHATTERING, "chattering", "× plain"),
 )
 """Figures of which a ranking has the means: key, heading, unit."""
@@ -26,8 +26,8 @@ class ComparisonView(View[Comparison]):
 
     keys = ("law", "case", "seed")
 
-    def __init__(self, result: Comparison) -> None:
-        super().__init__(result)
+    def __init__(self, result: Comparison, width: float | str | None = None) -> None:
+        super().__init__(result, width)
         self.table = to_dict(result, "default")
 
     def notes(self) -> list[str]:
@@ -53,7 +53,7 @@ class ComparisonView(View[Comparison]):
 
     def figure(self) -> Figure:
         """Draw mean error against mean chattering."""
-        return comparison_picture(self.table)
+        return comparison_picture(self.table, self.width)
 
     def rows(self) -> list[dict[str, Any]]:
         """Return the cells, with their metrics as columns."""

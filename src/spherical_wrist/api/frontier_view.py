@@ -18,8 +18,8 @@ class FrontierView(View[Frontier]):
 
     keys = ("law", "axis")
 
-    def __init__(self, result: Frontier) -> None:
-        super().__init__(result)
+    def __init__(self, result: Frontier, width: float | str | None = None) -> None:
+        super().__init__(result, width)
         self.table = result.to_dict()
 
     def summary(self) -> ResultTable:
@@ -32,7 +32,7 @@ class FrontierView(View[Frontier]):
 
     def figure(self) -> Figure:
         """Draw one panel per axis."""
-        return frontier_picture(self.table, self.result.axes)
+        return frontier_picture(self.table, self.result.axes, self.width)
 
     def rows(self) -> list[dict[str, Any]]:
         """Return a row for each law and axis."""

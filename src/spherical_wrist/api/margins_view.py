@@ -25,8 +25,8 @@ class MarginsView(View[Margins]):
 
     keys = ("law",)
 
-    def __init__(self, result: Margins) -> None:
-        super().__init__(result)
+    def __init__(self, result: Margins, width: float | str | None = None) -> None:
+        super().__init__(result, width)
         self.table = result.to_dict()
 
     def notes(self) -> list[str]:
@@ -39,7 +39,7 @@ class MarginsView(View[Margins]):
 
     def figure(self) -> Figure:
         """Draw sensitivity and tip response over the frequency, and the worst tip errors."""
-        return margins_picture(self.table)
+        return margins_picture(self.table, self.width)
 
     def rows(self) -> list[dict[str, Any]]:
         """Return the margins at the plant's input, and the ranges, of each law."""

@@ -16,7 +16,7 @@ from spherical_wrist.inspection.curves import drawable
 from spherical_wrist.inspection.drawing import STYLE, fit, fit_decades, line, lines, name
 from spherical_wrist.inspection.export import exported
 from spherical_wrist.inspection.formats import EXPORTS
-from spherical_wrist.inspection.picture import run_picture
+from spherical_wrist.inspection.picture import WIDTH, run_picture
 from spherical_wrist.measure.metrics import METRICS
 from spherical_wrist.recording.experiment_text import title
 from spherical_wrist.recording.runs import record
@@ -31,6 +31,7 @@ class RunView(View[Run]):
     """View of a run: metrics, error and torque over time; the inspection sheet as its picture."""
 
     keys = ("time",)
+    usual_width = WIDTH
 
     def notes(self) -> list[str]:
         """Return the warnings of the run."""
@@ -48,8 +49,8 @@ class RunView(View[Run]):
     def figure(self) -> Figure:
         """Draw the inspection sheet; an empty figure of a run without series."""
         if not len(self.result):
-            return Figure(figsize=(6.0, 1.0))
-        return run_picture(self.result, [self.result.headline(), *self.notes()])
+            return Figure(figsize=(self.width, 1.0))
+        return run_picture(self.result, [self.result.headline(), *self.notes()], self.width)
 
     def small_figure(self) -> Figure:
         """Draw tip error and torque over time."""

@@ -14,10 +14,11 @@ import pyarrow as pa
 from matplotlib.figure import Figure
 from pyarrow import csv, parquet
 
-from spherical_wrist.errors import ParameterError
 from spherical_wrist.files import write_whole
 from spherical_wrist.measure.metrics import METRICS
+from spherical_wrist.missing_package import missing
 from spherical_wrist.picture_file import PICTURES, check_ending, picture_bytes, picture_content
+from spherical_wrist.picture_style import WIDTHS, width_inches
 from spherical_wrist.report.html import template_environment
 from spherical_wrist.report.parts import written
 from spherical_wrist.result import Result
@@ -39,15 +40,21 @@ class View(ABC, Generic[Shown]):
 
     Args:
         result: the result.
+        width: width of its pictures, as for :meth:`.Result.plot`.
 
     Attributes:
         keys: names of the columns that tell the rows apart; the dimensions of a data set.
+
+    Raises:
+        ParameterError: the width is not valid.
     """
 
     keys: ClassVar[tuple[str, ...]] = ()
+    usual_width: ClassVar[float] = WIDTHS["two-column"]
 
-    def __init__(self, result: Shown) -> None:
+    def __init__(self, result: Shown, width: float | str | None = None) -> None:
         self.result = result
+        self.width = self.usual_width if width is None else width_inches(width)
 
     @abstractmethod
     def summary(self) -> ResultTable:
@@ -170,7 +177,7 @@ def library(name: str) -> Any:
     try:
         return import_module(name)
     except ImportError:
-        raise ParameterError(f"{name} is not installed: pip install 'spherical-wrist[{EXTRA}]'") from None
+        raise missing(f"{name} is not installed", EXTRA) from None
 
 
 def _png(figure: Figure) -> bytes:

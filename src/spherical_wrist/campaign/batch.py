@@ -19,6 +19,7 @@ from spherical_wrist.loop.outcome import Status, StoppedError
 from spherical_wrist.measure.metrics import METRICS
 from spherical_wrist.prepare.cache import SLOTS, CachePool, RunCache
 from spherical_wrist.simulation.rollouts import RolloutResult, roll_out
+from spherical_wrist.stages import one_of_many
 
 FAILED, INVALID = "failed", "invalid"
 
@@ -71,7 +72,8 @@ def run_episodes(
         StoppedError: ``stop`` returned True.
         CampaignError: an episode raised an error that neither its law nor its experiment explains.
     """
-    results = roll_out([episode.experiment for episode in episodes], cache, stop=stop, warn=False)
+    with one_of_many():
+        results = roll_out([episode.experiment for episode in episodes], cache, stop=stop, warn=False)
     if any(isinstance(each, RolloutResult) and each.outcome.status is Status.INTERRUPTED for each in results):
         raise StoppedError
     return [_row(episode, result) for episode, result in zip(episodes, results, strict=True)]

@@ -15,7 +15,7 @@ from spherical_wrist.wrist import model_files
 
 SHOWING = {
     *("__main__", "api", "assertions", "cli", "comparison", "design", "environment", "film", "guides", "inspection"),
-    *("paper", "picture_axes", "recording", "report", "result_table", "stability", "tuning"),
+    *("missing_package", "paper", "picture_axes", "recording", "report", "result_table", "stability", "tuning"),
 }
 """Rooms of the package that campaigns do not run: they show and compare results. A test compares with imports."""
 

@@ -30,7 +30,7 @@ from spherical_wrist.cli.options import (
 )
 from spherical_wrist.cli.progress import counting
 from spherical_wrist.cli.results import ResultFiles, result_files, write_results
-from spherical_wrist.cli.tables import Entry, fitted, number, print_json, printer, short
+from spherical_wrist.cli.tables import Entry, fitted, heading_lines, number, print_json, printer, short
 
 FEW = 40
 """Number of cells up to which every figure is printed without --full."""
@@ -302,7 +302,7 @@ def _figures(table: dict[str, Any], width: int) -> Iterator[Table]:
             if row["lost_seeds"]:
                 entries[3] = Text(next(cell["outcome"] for cell in each if cell["outcome"] != "completed"), "red")
             rows.append(entries)
-        headings = ["law", "×", "seeds", *(heading(key).replace(" [", "\n[") for key in keys)]
+        headings = ["law", "×", "seeds", *(heading_lines(heading(key)) for key in keys)]
         if not any(row[2] for row in rows):
             headings, rows = headings[:2] + headings[3:], [row[:2] + row[3:] for row in rows]
         said = ". ".join(filter(None, (case["meaning"], seeds_in_words(case), case["discriminates"])))

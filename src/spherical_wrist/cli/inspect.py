@@ -21,6 +21,10 @@ if TYPE_CHECKING:
 def command(
     recording: RecordingFile,
     plot: Plots = None,
+    width: Annotated[
+        str | None,
+        Option("--width", metavar="WIDTH", help="of the picture: two-column, or a length such as 160mm [280mm]"),
+    ] = None,
     export: Annotated[
         list[Path] | None,
         Option("--export", metavar="OUT.csv|.parquet|.npz", help="write every array of the series; may be repeated"),
@@ -43,9 +47,15 @@ def command(
     from spherical_wrist.inspection import inspect
     from spherical_wrist.inspection.formats import EXPORTS
     from spherical_wrist.picture_file import PICTURES, check_ending
+    from spherical_wrist.picture_style import width_inches
 
     note_input(recording)
     plots, exports = plot or [], export or []
+    inches = None if width is None else width_inches(width)
+    if inches is not None:
+        from spherical_wrist.inspection.picture import check_width
+
+        check_width(inches)
     for files, kind, valid in ((plots, "picture", PICTURES), (exports, "export", EXPORTS)):
         for file in files:
             check_ending(file, kind, valid)
@@ -56,7 +66,7 @@ def command(
     else:
         _print_tables(inspection, recording)
     inspection.check()
-    _write(inspection.run, inspection.verdict, plots, exports)
+    _write(inspection.run, inspection.verdict, plots, exports, inches)
     if json:
         _print_json(inspection, recording, plots, exports)
         return
@@ -65,16 +75,16 @@ def command(
             printer().print(Text.assemble(f"{kind} written to ", (str(file), "bold")), soft_wrap=True)
 
 
-def _write(run: Run, verdict: Verdict, plots: list[Path], exports: list[Path]) -> None:
+def _write(run: Run, verdict: Verdict, plots: list[Path], exports: list[Path], width: float | None) -> None:
     """Write all files or none."""
     from spherical_wrist.files import write_together
 
     contents: dict[Path, bytes | Iterable[bytes]] = {}
     if plots:
-        from spherical_wrist.inspection.picture import run_picture
+        from spherical_wrist.inspection.picture import WIDTH, run_picture
         from spherical_wrist.picture_file import picture_content
 
-        drawing = run_picture(run, _title(run, verdict))
+        drawing = run_picture(run, _title(run, verdict), width or WIDTH)
         contents |= {file: picture_content(drawing, file) for file in plots}
     if exports:
         from spherical_wrist.inspection.export import exported

@@ -158,4 +158,9 @@ def footnotes(run: Run) -> str:
     if until is not None:
         window = f"{begin:g} s ≤ t ≤ {until:g} s, where the motion ends"
     first = f"figures over the steady window, {window}\n{bound:g} mm: {meaning_of(bound)}\n"
-    return f"{first}simulated in {run.wall_time:.3g} s, {run.real_time_factor:.0f} × real time"
+    if not run.wall_time:  # an agent drove it: the time that it took is not known
+        return first.rstrip()
+    speed = run.real_time_factor
+    return (
+        f"{first}simulated in {run.wall_time:.3g} s, {f'{speed:.2g}' if speed < 10.0 else f'{speed:.0f}'} × real time"
+    )

@@ -171,7 +171,7 @@ def _simulated(
     chosen = select(read_cases(cases) if cases else DEFAULT, [case])[0] if case else None
     work = [experiment(law) for law in laws.values()]
     with counting("simulating") as progress:
-        runs = Runner(jobs).map(lambda each, worker: worker.simulate(each), work, progress)
+        runs = Runner(jobs).map(lambda each, worker: worker.simulate(each), work, progress, lambda each: each.law.name)
     return {label: (run, law.status) for (label, law), run in zip(laws.items(), runs, strict=True)}
 
 

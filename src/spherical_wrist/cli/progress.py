@@ -6,10 +6,10 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from spherical_wrist.cli.verbosity import is_quiet
+from spherical_wrist.cli.verbosity import is_quiet, is_verbose
 
-LINE_EVERY = 10.0
-"""Seconds between lines of progress if there is no terminal for a bar."""
+LINE_EVERY, OFTEN = 10.0, 1.0
+"""Seconds between lines of progress if there is no terminal for a bar, and with ``-v``."""
 
 Counter = Callable[[int, int], None]
 """Function that takes the number of finished items and the total."""
@@ -78,12 +78,13 @@ def counting_episodes() -> Iterator[Counter]:
 def _lines() -> Counter:
     began = last = time.monotonic()
     already: int | None = None
+    every = OFTEN if is_verbose() else LINE_EVERY
 
     def progress(done: int, size: int) -> None:
         nonlocal last, already
         already = done if already is None else already
         now = time.monotonic()
-        if now - last >= LINE_EVERY and done > already:
+        if now - last >= every and done > already:
             last = now
             rate = (done - already) / (now - began)
             left = (size - done) / rate

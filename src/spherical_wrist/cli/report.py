@@ -77,7 +77,7 @@ def _print(table: dict[str, Any], output: Path | None) -> None:
     headings = [
         "law",
         *(f"{each}\n[{error.unit}]" for each in ("median", "99 %", "worst")),
-        "beyond\nbound",
+        "beyond\nthe bound",
         "lost",
     ]
     rows: list[list[Entry]] = []
@@ -87,6 +87,7 @@ def _print(table: dict[str, Any], output: Path | None) -> None:
         lost = rates["diverged"]["count"] + rates["failed"]["count"]
         beyond = rates["exceeding"]["share"]
         rows.append([law, *map(short, errors), "—" if beyond is None else f"{100.0 * beyond:.3g} %", f"{lost:,}"])
-    console.print(fitted(f"RMS errors, and tip errors beyond {table['bound_mm']:g} mm", headings, rows, console.width))
+    title = f"{error.label}, and share of episodes with a tip error beyond {table['bound_mm']:g} mm"
+    console.print(fitted(title, headings, rows, console.width))
     if output is not None:
         console.print(Text.assemble("page written to ", (str(output), "bold")), soft_wrap=True)

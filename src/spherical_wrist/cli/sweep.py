@@ -14,7 +14,7 @@ from typer import Argument, Option
 
 from spherical_wrist.cli.options import CONDITIONS, Changes, Hardware, Json, Settings, with_parameters
 from spherical_wrist.cli.streams import say, warned
-from spherical_wrist.cli.tables import Entry, fitted, print_json, printer, short
+from spherical_wrist.cli.tables import Entry, fitted, heading_lines, print_json, printer, short
 from spherical_wrist.errors import ParameterError
 from spherical_wrist.plain_text import visible
 
@@ -240,7 +240,7 @@ def _table(laws: list[dict[str, Any]], width: int) -> Table:
     from spherical_wrist.measure.metrics import METRICS
 
     names = " and ".join(METRICS[name].label_and_unit for name in FIGURES)
-    quantiles = [column for name in FIGURES for column in (METRICS[name].heading.replace(" ", "\n"), "95 %")]
+    quantiles = [column for name in FIGURES for column in (heading_lines(METRICS[name].label), "95 %")]
     middle, most = map(str, QUANTILES[:2])
     rows: list[list[Entry]] = []
     for law in laws:

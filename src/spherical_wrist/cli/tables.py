@@ -11,13 +11,15 @@ from rich.text import Text
 
 from spherical_wrist.cli.streams import speaks_unicode
 from spherical_wrist.cli.verbosity import is_quiet
-from spherical_wrist.plain_text import escaped, visible
+from spherical_wrist.plain_text import broken, escaped, visible
 from spherical_wrist.result_table import ResultTable, cell_text, short
 
 __all__ = ["short"]
 
 Entry = Text | str
 
+HEADING = 11
+"""Width up to which the words of a heading share a line [columns]."""
 NARROWEST = 60
 """Smallest width of tables [columns]; the lines of a narrower terminal wrap."""
 
@@ -82,7 +84,7 @@ def fitted(
         headings: headings of the columns, in one line or more.
         rows: entries of each row.
         width: width of the terminal [columns].
-        names: index of the column of names, which is left-aligned and is cut if the terminal is too narrow.
+        names: index of the column of names, which is left-aligned; names that are too long for it have several lines.
         words: indices of other columns that are left-aligned; they are never cut.
     """
     widths = [
@@ -101,13 +103,33 @@ def fitted(
     )
     for column, heading in enumerate(headings):
         if column == names:
-            table.add_column(Text(heading), no_wrap=True, overflow="ellipsis", max_width=max(width - rest, 10))
+            table.add_column(Text(heading), no_wrap=True)
         else:
             side: Literal["left", "right"] = "left" if column in words else "right"
             table.add_column(Text(heading), justify=side, no_wrap=True, min_width=widths[column])
+    room = max(width - rest, 10)
     for row in rows:
-        table.add_row(*(Text(entry) if isinstance(entry, str) else entry for entry in row))
+        cells = [Text(entry) if isinstance(entry, str) else entry for entry in row]
+        cells[names] = _folded(cells[names], room)
+        table.add_row(*cells)
     return table
+
+
+def _folded(name: Text, room: int) -> Text:
+    """Break a name into lines of a width [columns]; nothing of it is left out, so that it can be typed."""
+    lines = broken(name.plain, lambda line: Text(line).cell_len <= room)
+    return name if len(lines) == 1 else Text("\n".join(lines), name.style)
+
+
+def heading_lines(heading: str) -> str:
+    """Break the heading of a column into short lines; its unit stays in one."""
+    name, _, unit = heading.partition(" [")
+    lines = broken(name, lambda line: len(line) <= HEADING)
+    if unit and len(lines[-1]) + len(unit) + 2 <= HEADING:
+        lines[-1] += f" [{unit}"
+    elif unit:
+        lines.append(f"[{unit}")
+    return "\n".join(lines)
 
 
 def cell_width(entry: Entry) -> int:
@@ -117,7 +139,7 @@ def cell_width(entry: Entry) -> int:
 
 def shown(table: ResultTable, width: int) -> Table:
     """Lay out a table of results for the terminal; see :func:`fitted`."""
-    headings = [f"{column.heading}\n[{column.unit}]" if column.unit else column.heading for column in table.columns]
+    headings = [heading_lines(column.label) for column in table.columns]
     rows: list[list[Entry]] = [
         [
             Text(cell_text(cell), "bold green" if (place, column) in table.best else "")

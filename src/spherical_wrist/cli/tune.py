@@ -31,7 +31,7 @@ from spherical_wrist.cli.progress import counting
 from spherical_wrist.cli.results import ResultFiles, result_files
 from spherical_wrist.cli.signals import heard, noted
 from spherical_wrist.cli.streams import complain
-from spherical_wrist.cli.tables import Entry, fitted, json_bytes, print_json, printer, short
+from spherical_wrist.cli.tables import Entry, fitted, heading_lines, json_bytes, print_json, printer, short
 from spherical_wrist.errors import ParameterError
 from spherical_wrist.experiment.options import FLAGS
 
@@ -226,7 +226,7 @@ def _table(table: dict[str, Any], width: int) -> Any:
     names = [each["name"] for each in table["parameters"]]
     figures = ("rms_error_rad", "error_ratio", "chattering_Nm_per_s", "chattering_ratio", "max_tip_error_mm")
     headings = ["trial"]
-    headings += [METRICS[each].heading_and_unit.replace(" [", "\n[") if each in METRICS else "×" for each in figures]
+    headings += [heading_lines(METRICS[each].label_and_unit) if each in METRICS else "×" for each in figures]
     rows: list[list[Entry]] = []
     default = table["default"]
     for point in [*([default] if default["rms_error_rad"] is not None else []), *shown(table)]:

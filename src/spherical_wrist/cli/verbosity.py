@@ -46,6 +46,11 @@ def is_quiet() -> bool:
     return _level == Verbosity.QUIET
 
 
+def is_verbose() -> bool:
+    """Return True if every stage is printed."""
+    return _level == Verbosity.VERBOSE
+
+
 class StageLog:
     """Output of :mod:`spherical_wrist.stages` on the error stream, while a command runs.
 

@@ -168,7 +168,7 @@ def ablation(
         name, figure = item
         return figure.compute(variants[name], Bench(base or {}, worker))
 
-    found = Runner(jobs).map(compute, work, progress)
+    found = Runner(jobs).map(compute, work, progress, lambda item: f"{item[1].name} of {item[0]}")
     table: dict[str, dict[str, Any]] = {name: {} for name in variants}
     for (name, figure), value in zip(work, found, strict=True):
         table[name][figure.name] = value

@@ -95,12 +95,12 @@ def find_miss(outcome: Outcome, metrics: Metrics, bounds: Bounds) -> Miss | None
     if factors[worst] <= 1.0:
         return None
     metric, value = METRICS[worst], metrics[worst]
-    return Miss(worst, value, f"{metric.heading} {_shown(worst, value)} > {_shown(worst, bounds[worst])}")
+    return Miss(worst, value, f"{metric.label} {_shown(worst, value)} > {_shown(worst, bounds[worst])}")
 
 
 def statement(name: str, bound: float) -> str:
-    """Return a bound for people, such as ``max tip error 0.1 mm``."""
-    return f"{METRICS[name].heading} {_shown(name, bound)}"
+    """Return a bound for people, such as ``tip error, largest 0.1 mm``."""
+    return f"{METRICS[name].label} {_shown(name, bound)}"
 
 
 def _shown(name: str, value: float | None) -> str:

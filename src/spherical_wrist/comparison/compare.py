@@ -95,7 +95,9 @@ def compare(
                 write(result, file)
         return Cell(label, case, experiment.seed, experiment, result.outcome, result.metrics, file, result.warnings)
 
-    finished = Runner(jobs).map(run_cell, work, progress)
+    finished = Runner(jobs).map(
+        run_cell, work, progress, lambda cell: f"{cell[0] or BASELINE.name} on {cell[1]}, seed {cell[2].seed}"
+    )
     chattering = {(cell.case, cell.seed): _chattering(cell) for cell in finished if cell.law == baseline}
     chosen = {(cell.law, cell.case, cell.seed): cell for cell in finished if cell.law in laws}
     return Comparison(laws, tuple(cases), drawn, chosen, chattering, time.perf_counter() - began)

@@ -116,7 +116,9 @@ def frontier(
         make_folder(folder)
     # threads begin with different laws, which are compiled once each
     order = sorted(range(len(work)), key=lambda index: (index % len(axes), index))
-    edges = Runner(jobs).map(search, [work[index] for index in order], progress)
+    edges = Runner(jobs).map(
+        search, [work[index] for index in order], progress, lambda item: f"{item[0]} along {item[1].name}"
+    )
     return [edge for _, edge in sorted(zip(order, edges, strict=True), key=lambda pair: pair[0])]
 
 

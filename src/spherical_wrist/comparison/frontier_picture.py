@@ -15,7 +15,10 @@ from spherical_wrist.comparison.frontier_report import OUTCOME
 from spherical_wrist.comparison.law_rows import (
     LawRows,
     columns_that_fit,
+    draw_key,
+    key_height,
     law_rows,
+    one_column,
     panel_widths,
     row_panels,
     rows_height,
@@ -29,6 +32,8 @@ OF_BOUNDS = "osD^v"
 """Markers of the bounds that are missed, in their order."""
 NARROWEST, MOST = 0.6, 6
 """Smallest width of a panel [in], and largest number of them side by side."""
+PAGE = 8.5
+"""Height from which a picture of one column has numbers in place of names, so that it fits a page [in]."""
 HEAD, LINE = 0.06, 0.15
 """Height of the legend without its lines, and of each line [in]."""
 
@@ -55,25 +60,38 @@ def frontier_picture(table: Mapping[str, Any], axes: Sequence[Axis], width: floa
         axes: axes of the frontier.
         width: width of the picture [in].
     """
-    rows = law_rows({law["law"]: law["status"] for law in table["laws"]}, width)
-    columns = columns_that_fit(rows, width, NARROWEST, min(len(axes), MOST))
-    columns = -(-len(axes) // -(-len(axes) // columns))  # as many in the last line as in the others
-    shares = [1.0] * columns
+    statuses = {law["law"]: law["status"] for law in table["laws"]}
     titles = [f"{axis.name} [{axis.shown[1]}]" for axis in axes]
+    rows = law_rows(statuses, width)
+    shares = _shares(rows, width, len(axes))
+    size = rows_height(rows, titles, width, shares)
+    numbered = one_column(width) and size > PAGE
+    if numbered:
+        rows = law_rows(statuses, width, numbered=True)
+        shares = _shares(rows, width, len(axes))
+        size = rows_height(rows, titles, width, shares) + key_height(rows, width)
     with mpl.rc_context(STYLE):
         handles = _legend(table, axes)
         side_by_side = _fitting(handles, width)
         head = HEAD + LINE * -(-len(handles) // side_by_side)
-        drawing = Figure(figsize=(width, head + rows_height(rows, titles, width, shares)))
+        drawing = Figure(figsize=(width, head + size))
         panels = row_panels(drawing, rows, titles, head, shares)
         for panel, axis in zip(panels, axes, strict=True):
             edges = {law["law"]: law["edges"][axis.name] for law in table["laws"]}
             _panel(panel, axis, edges, rows, panel_widths(rows, width, shares)[0], table["bounds"])
+        if numbered:
+            draw_key(drawing, rows)
         drawing.legend(
             handles=handles, loc="upper right", ncols=side_by_side, fontsize=SMALL, borderpad=0.3, handletextpad=0.1,
             columnspacing=1.0, labelspacing=0.2, borderaxespad=0.3,
         )  # fmt: skip
     return drawing
+
+
+def _shares(rows: LawRows, width: float, axes: int) -> list[float]:
+    """Return the relative widths of panels side by side: as many in the last line as in the others."""
+    columns = columns_that_fit(rows, width, NARROWEST, min(axes, MOST))
+    return [1.0] * -(-axes // -(-axes // columns))
 
 
 def _mark(edge: Mapping[str, Any], bounds: Mapping[str, float]) -> Mark:
@@ -126,7 +144,7 @@ def _panel(
         panel.plot([start, at], [place, place], color=look.colour, linewidth=1.1, solid_capstyle="butt")
         panel.plot(
             at, place, mark.sign, color=look.colour, markerfacecolor=look.colour if mark.filled else "white",
-            markersize=4.0, clip_on=False, zorder=look.order,
+            markersize=min(4.0, 36.0 * rows.row), clip_on=False, zorder=look.order,
         )  # fmt: skip
 
 

@@ -6,12 +6,17 @@ from typing import NamedTuple
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from spherical_wrist.colours import INK
 from spherical_wrist.picture_axes import text_width, wrapped
 from spherical_wrist.picture_style import FOR_ONE_COLUMN, SMALL, TEXT, LawLook, law_looks
 from spherical_wrist.plain_text import literal
 
 ROW, LINE = 0.155, 0.115
 """Height of a row, and of each further line of its name [in]."""
+LOW_ROW, TINY = 0.085, 5.5
+"""Height of a row with a number in place of the law's name [in], and size of the numbers and of their key [pt]."""
+KEY_LINE = 0.1
+"""Height of a line of the key of numbers [in]."""
 EDGE, BESIDE = 0.08, 0.06
 """Space at the edges of the picture, and between a name and its row [in]."""
 GAP = 0.16
@@ -32,6 +37,8 @@ class LawRows(NamedTuple):
         places: centre of each row, downwards from the top of the panels [in].
         height: height of all rows [in].
         width: width of the names [in].
+        row: height of a row with a name of one line [in].
+        size: size of the names [pt].
     """
 
     looks: Mapping[str, LawLook]
@@ -39,28 +46,80 @@ class LawRows(NamedTuple):
     places: Mapping[str, float]
     height: float
     width: float
+    row: float
+    size: float
 
 
-def law_rows(statuses: Mapping[str, str], width: float, *, lines: bool = False) -> LawRows:
+def law_rows(statuses: Mapping[str, str], width: float, *, lines: bool = False, numbered: bool = False) -> LawRows:
     """Find rows for laws, in their order.
 
     Args:
         statuses: status of each law, keyed by label.
         width: width of the picture [in].
         lines: True if their lines have to be told apart.
+        numbered: True for low rows with numbers in place of names; :func:`key` draws what they stand for.
     """
-    room = SHARE * width
+    room, row, size = (width, LOW_ROW, TINY) if numbered else (SHARE * width, ROW, SMALL)
     looks = law_looks(statuses, lines=lines)
-    names = {label: wrapped(label, SMALL, room, bold=looks[label].accented) for label in statuses}
+    shown = {label: str(place) if numbered else label for place, label in enumerate(statuses, start=1)}
+    names = {label: wrapped(text, size, room, bold=looks[label].accented) for label, text in shown.items()}
     places, top = {}, 0.0
     for label, name in names.items():
-        height = ROW + LINE * (len(name) - 1)
+        height = row + LINE * (len(name) - 1)
         places[label], top = top + 0.5 * height, top + height
-    return LawRows(looks, names, places, top, max((_width(names[label], looks[label]) for label in names), default=0.0))
+    widest = max((_width(names[label], looks[label], size) for label in names), default=0.0)
+    return LawRows(looks, names, places, top, widest, row, size)
 
 
-def _width(name: Sequence[str], look: LawLook) -> float:
-    return max(text_width(line, SMALL, bold=look.accented) for line in name)
+def _width(name: Sequence[str], look: LawLook, size: float) -> float:
+    return max(text_width(line, size, bold=look.accented) for line in name)
+
+
+class Key(NamedTuple):
+    """Column of the key of rows with numbers.
+
+    Attributes:
+        left: its left end [in].
+        entries: numbers and labels of its laws.
+    """
+
+    left: float
+    entries: Sequence[tuple[str, str]]
+
+
+def key_columns(rows: LawRows, width: float) -> list[Key]:
+    """Return the key of rows with numbers, in as many columns as fit."""
+    entries = [(name[0], label) for label, name in rows.names.items()]
+    found: list[Key] = []
+    for count in range(1, len(entries) + 1):
+        each = -(-len(entries) // count)
+        columns, left = [], EDGE
+        for first in range(0, len(entries), each):
+            own = entries[first : first + each]
+            columns.append(Key(left, own))
+            left += max(text_width(f"{number}  {label}", TINY, bold=True) for number, label in own) + GAP
+        if found and left - GAP + EDGE > width:
+            break
+        found = columns
+    return found
+
+
+def key_height(rows: LawRows, width: float) -> float:
+    """Return the height of the key of rows with numbers [in]."""
+    return EDGE + KEY_LINE * max(len(column.entries) for column in key_columns(rows, width))
+
+
+def draw_key(drawing: Figure, rows: LawRows) -> None:
+    """Write the labels of numbered laws at the bottom of the picture."""
+    width, height = drawing.get_size_inches()
+    top = key_height(rows, width)
+    for column in key_columns(rows, width):
+        for line, (number, label) in enumerate(column.entries):
+            look = rows.looks[label]
+            drawing.text(
+                column.left / width, (top - KEY_LINE * line) / height, literal(f"{number}  {label}"), va="top",
+                fontsize=TINY, weight="bold" if look.accented else "normal", color=look.colour if look.named else INK,
+            )  # fmt: skip
 
 
 def row_panels(
@@ -125,11 +184,12 @@ def _prepare(panel: Axes, rows: LawRows, *, named: bool) -> None:
     panel.spines["left"].set_visible(False)
     for (label, place), text in zip(rows.places.items(), panel.get_yticklabels(), strict=True):
         look = rows.looks[label]
+        text.set_fontsize(rows.size)
         if look.named:
             text.set_color(look.colour)
         if look.accented:
             text.set_fontweight("bold")
-            half = 0.5 * (ROW + LINE * (len(rows.names[label]) - 1))
+            half = 0.5 * (rows.row + LINE * (len(rows.names[label]) - 1))
             panel.axhspan(place - half, place + half, color=look.colour, alpha=0.08, linewidth=0.0, zorder=0)
 
 

@@ -348,7 +348,7 @@ def median_figure(cells: Sequence[Mapping[str, Any]], key: str) -> float | None:
 
 def heading(key: str) -> str:
     """Return the heading of a column: a metric and its unit, or the chattering ratio."""
-    return "chattering [× plain]" if key == CHATTERING else METRICS[key].heading_and_unit
+    return "chattering [× plain]" if key == CHATTERING else METRICS[key].label_and_unit
 
 
 def figure(cell: Mapping[str, Any], key: str) -> float | None:

@@ -11,6 +11,7 @@ from spherical_wrist.design.criterion import INFEASIBLE, cost
 from spherical_wrist.design.record import TRIALS
 from spherical_wrist.errors import ParameterError
 from spherical_wrist.loop.outcome import StoppedError
+from spherical_wrist.missing_package import missing
 from spherical_wrist.parameters import searched, unit_of
 from spherical_wrist.simulation.runner import Progress, Runner, Worker, ignore_progress
 from spherical_wrist.tuning.ranges import Range, Space, numbers, space_of
@@ -18,7 +19,7 @@ from spherical_wrist.tuning.ranges import Range, Space, numbers, space_of
 try:
     from cmaes import CMA
 except ImportError:
-    raise ParameterError("a search for gains needs cmaes: pip install 'spherical-wrist[tune]'") from None
+    raise missing("a search for gains needs cmaes", "tune") from None
 
 SPREAD = 0.25
 """Standard deviation of the first candidates, as a share of the range on its logarithmic scale."""

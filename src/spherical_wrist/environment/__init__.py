@@ -15,7 +15,7 @@ Importing this module registers them::
 :class:`spherical_wrist.environment.track_vector.TrackVectorEnv` for the arguments.
 """
 
-from spherical_wrist.errors import ParameterError
+from spherical_wrist.missing_package import missing
 
 TRACK = "spherical_wrist/Track-v0"
 """Id of the environment in which the wrist follows a reference, with any part of an experiment."""
@@ -30,7 +30,7 @@ def register() -> None:
     try:
         from gymnasium.envs import registration
     except ImportError:
-        raise ParameterError("environments need Gymnasium: pip install 'spherical-wrist[gym]'") from None
+        raise missing("environments need Gymnasium", "gym") from None
     if TRACK not in registration.registry:
         registration.register(
             TRACK,

@@ -8,6 +8,7 @@ from typing import Any
 from spherical_wrist.errors import ParameterError
 from spherical_wrist.film.errors import FilmError
 from spherical_wrist.film.opengl import Picture
+from spherical_wrist.missing_package import installing
 
 USUAL_FPS = 30.0
 
@@ -71,7 +72,5 @@ def _av() -> Any:
     try:
         import av
     except ImportError:
-        raise FilmError(
-            "MP4 needs PyAV, which is not installed: pip install 'spherical-wrist[video]', or write a .gif"
-        ) from None
+        raise FilmError(f"MP4 needs PyAV, which is not installed: {installing('video')}, or write a .gif") from None
     return av

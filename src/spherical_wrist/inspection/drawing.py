@@ -10,6 +10,8 @@ from matplotlib.ticker import Locator, LogLocator, MaxNLocator, NullFormatter
 from spherical_wrist.colours import AXES, PURPLE, YELLOW
 from spherical_wrist.colours import INK as TEXT_COLOUR
 from spherical_wrist.inspection.curves import BINS, drawable, telling_rows, view
+from spherical_wrist.picture_axes import text_width
+from spherical_wrist.picture_style import SMALL, TEXT
 from spherical_wrist.picture_style import STYLE as COMMON
 
 Array = npt.NDArray[np.float64]
@@ -23,6 +25,8 @@ STYLE: Any = {
     "axes.formatter.use_mathtext": True,
     "lines.linewidth": 0.9,
 }
+BETWEEN = 0.1
+"""Smallest space between a title and figures beside it [in]."""
 FEW = 60
 """Most rows of which every one gets a mark."""
 _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
@@ -101,7 +105,18 @@ def note(panel: Axes, text: str) -> None:
     )
 
 
-def name(panel: Axes, title: str, figures: str = "") -> None:
-    """Write the title of a panel at its upper left, and figures at its upper right."""
-    panel.set_title(title, loc="left", weight="bold", pad=3.0)
-    panel.set_title(figures, loc="right", pad=3.0, color=INK, fontsize=7.0)
+def name(panel: Axes, title: str, *figures: str, bold: bool = True) -> None:
+    """Write the title of a panel at its upper left, and figures at its upper right, where there is room for them.
+
+    Args:
+        panel: the panel.
+        title: what it shows.
+        bold: False for a small title.
+        *figures: what is to be read off it; the first of them that fits is written.
+    """
+    size = TEXT if bold else SMALL
+    room = panel.bbox.width / panel.figure.dpi
+    room -= text_width(title, size, bold=bold) + BETWEEN
+    fitting = (text for text in figures if text_width(text, SMALL) <= room)
+    panel.set_title(title, loc="left", weight="bold" if bold else "normal", pad=3.0, fontsize=size)
+    panel.set_title(next(fitting, ""), loc="right", pad=3.0, color=INK, fontsize=SMALL)

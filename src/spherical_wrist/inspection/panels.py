@@ -182,8 +182,7 @@ def _plot(panel: Axes, time: Array, plot: Plot) -> None:
     panel.locator_params(axis="y", nbins=3)
     rms = float(np.sqrt(np.nanmean(np.square(curves).sum(axis=1)))) if np.isfinite(curves).any() else None
     figures = f"RMS {figure(rms, plot.unit)}" if plot.unit and not is_state else ""
-    panel.set_title(plot.heading, loc="left", pad=3.0, fontsize=7.0)
-    panel.set_title(figures, loc="right", pad=3.0, fontsize=7.0)
+    name(panel, plot.heading, figures, bold=False)
 
 
 _MOTIONS = (

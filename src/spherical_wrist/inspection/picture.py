@@ -1,6 +1,5 @@
-"""Inspection sheet of a run: its motion on the left, phase portraits on the right, all other channels below them."""
+"""Inspection sheet of a run: its motion, phase portraits on the right or below, and all other channels below them."""
 
-import textwrap
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
@@ -11,22 +10,31 @@ from matplotlib.lines import Line2D
 
 from spherical_wrist.channels import XYZ, Place
 from spherical_wrist.colours import AXES
+from spherical_wrist.errors import ParameterError
 from spherical_wrist.inspection.drawing import MARK, STYLE
 from spherical_wrist.inspection.panels import Panel, motion_panels, other_panels
 from spherical_wrist.inspection.portrait import portrait, steady_portrait
+from spherical_wrist.picture_axes import wrapped
 from spherical_wrist.plain_text import literal
 from spherical_wrist.simulation.run import Run
 
 GREY: Any = {"color": "0.5", "alpha": 0.1, "linewidth": 0.0, "zorder": 0}
 """Shade of what is outside of the steady window."""
 WIDTH, ROW = 11.0, 1.48
-"""Width of the sheet, and height of a panel of the motion with its title [in]."""
+"""Usual width of the sheet, and height of a panel of the motion with its title [in]."""
+NARROWEST, BESIDE = 6.25, 9.5
+"""Smallest width of the sheet, and the width from which phase portraits are beside the motion [in]."""
 SIDE, GAP, EDGE = 0.74, 0.7, 0.1
 """Left margin and space between two columns, both for the labels of vertical axes, and right margin [in]."""
 MOTION, PORTRAIT = 4.76, 2.0
-"""Widths of the panels of the motion and of a phase portrait [in]."""
+"""Widths of the panels of the motion and of a phase portrait on a sheet of the usual width [in]."""
 ABOVE, BELOW, LAST = 0.34, 0.07, 0.45
 """Space of a panel's title; below a panel, and below one with its own horizontal axis [in]."""
+LOW_ROW, PORTRAIT_ROW, SMALLEST = 1.15, 1.65, 1.75
+"""Of a sheet that has them below each other: heights of a panel and of a phase portrait; and smallest width of a small
+panel [in]."""
+HEAD, WORDS = 11.0, 8.5
+"""Sizes of the title and of the words below it [pt]."""
 SMALL_ROW, MOST_COLUMNS, FEW_COLUMNS = 1.0, 4, 3
 """Height of a small panel with its title [in]; columns of them, and columns of those whose title has a figure."""
 
@@ -40,39 +48,72 @@ class Box(NamedTuple):
     height: float
 
 
-def run_picture(run: Run, title: Sequence[str]) -> Figure:
+def check_width(width: float) -> None:
+    """Check that a sheet of a width has room for its panels.
+
+    Raises:
+        ParameterError: it has not.
+    """
+    if width < NARROWEST:
+        raise ParameterError(
+            f"width {width:.3g}in: an inspection sheet is at least {NARROWEST:g}in wide, such as two-column; errors "
+            "and torque alone fit one column: wrist plot FILE.rrd -o OUT.pdf --width one-column"
+        )
+
+
+def run_picture(run: Run, title: Sequence[str], width: float = WIDTH) -> Figure:
     """Draw a run that has at least one row.
 
     Args:
         run: the run.
         title: lines above the drawing, the first in bold: law, reference, outcome and conditions.
+        width: width of the sheet [in].
+
+    Raises:
+        ParameterError: the sheet is too narrow.
     """
+    check_width(width)
     motion = list(motion_panels(run))
+    fitting = int((width - SIDE - EDGE + GAP) // (SMALLEST + GAP))
     grids = [
-        (other_panels(run, *(set(Place) - {Place.OTHER})), FEW_COLUMNS),
-        (other_panels(run, Place.OTHER), MOST_COLUMNS),
+        (other_panels(run, *(set(Place) - {Place.OTHER})), min(FEW_COLUMNS, fitting)),
+        (other_panels(run, Place.OTHER), min(MOST_COLUMNS, fitting)),
     ]
-    words = [part for text in title[1:] for part in textwrap.wrap(literal(text), 150)]
-    top, body = 0.34 + 0.17 * len(words), ROW * max(len(motion), 3) + LAST
+    heads = wrapped(title[0], HEAD, width - 1.3, bold=True)
+    words = [part for text in title[1:] for part in wrapped(text, WORDS, width - 0.3)]
+    beside = width >= BESIDE
+    below = 0.12 + 0.2 * len(heads)
+    top = below + 0.02 + 0.17 * len(words)
+    body = (ROW * max(len(motion), 3) if beside else LOW_ROW * len(motion)) + LAST
+    portraits = 0.0 if beside else 2.0 * PORTRAIT_ROW
     rows = [-(-len(panels) // columns) for panels, columns in grids]
-    height = top + body + sum(SMALL_ROW * count + LAST for count in rows if count)
+    height = top + body + portraits + sum(SMALL_ROW * count + LAST for count in rows if count)
     with mpl.rc_context(STYLE):
-        drawing = Figure(figsize=(WIDTH, height))
-        drawing.text(0.012, 1.0 - 0.1 / height, literal(title[0]), weight="bold", fontsize=11.0, va="top")
-        drawing.text(0.012, 1.0 - 0.32 / height, "\n".join(words), fontsize=8.5, va="top", linespacing=1.3)
+        drawing = Figure(figsize=(width, height))
+        edge = 0.13 / width
+        head, body_text = literal("\n".join(heads)), literal("\n".join(words))
+        drawing.text(edge, 1.0 - 0.1 / height, head, weight="bold", fontsize=HEAD, va="top", linespacing=1.2)
+        drawing.text(edge, 1.0 - below / height, body_text, fontsize=WORDS, va="top", linespacing=1.3)
         handles = [
             Line2D([], [], color=colour, linewidth=2.0, label=axis) for axis, colour in zip(XYZ, AXES, strict=True)
         ]
         drawing.legend(handles=handles, loc="upper right", ncols=3)
         bottom = height - top
-        places = _column(SIDE, MOTION, bottom, body, [BELOW] * len(motion))
+        scale = (width - SIDE - EDGE - 2.0 * GAP) / (MOTION + 2.0 * PORTRAIT)
+        across = scale * MOTION if beside else width - SIDE - EDGE
+        places = _column(SIDE, across, bottom, body, [BELOW] * len(motion))
         over_time([_panel(drawing, place) for place in places], motion, run, axis_label(run))
-        left = SIDE + MOTION + GAP
-        pairs = [_column(left + i * (PORTRAIT + GAP), PORTRAIT, bottom, body, [LAST] * 3) for i in range(2)]
-        for axis, (whole, steady) in enumerate(zip(*pairs, strict=True)):
+        if beside:
+            size, left = scale * PORTRAIT, SIDE + across + GAP
+            kinds = [_column(left + i * (size + GAP), size, bottom, body, [LAST] * 3) for i in range(2)]
+            pairs = [list(pair) for pair in zip(*kinds, strict=True)]
+        else:
+            size, above = (across - 2.0 * GAP) / 3.0, bottom - body
+            pairs = [_column(SIDE + i * (size + GAP), size, above, portraits, [LAST] * 2) for i in range(3)]
+        for axis, (whole, steady) in enumerate(pairs):
             portrait(_panel(drawing, whole), run, axis)
             steady_portrait(_panel(drawing, steady), run, axis)
-        bottom -= body
+        bottom -= body + portraits
         for (panels, columns), count in zip(grids, rows, strict=True):
             if panels:
                 _small_panels(drawing, panels, columns, bottom, run)
@@ -82,7 +123,7 @@ def run_picture(run: Run, title: Sequence[str]) -> Figure:
 
 def _small_panels(drawing: Figure, panels: Sequence[Panel], columns: int, top: float, run: Run) -> None:
     """Draw panels in a grid, row by row; each column has an axis of time below it."""
-    width = (WIDTH - SIDE - EDGE - GAP * (columns - 1)) / columns
+    width = (drawing.get_figwidth() - SIDE - EDGE - GAP * (columns - 1)) / columns
     height = SMALL_ROW - ABOVE - BELOW
     for column in range(columns):
         own, left = panels[column::columns], SIDE + column * (width + GAP)

@@ -43,7 +43,7 @@ def portrait(panel: Axes, run: Run, axis: int) -> None:
     _frame(panel, e, rate, np.inf)
     _label(panel, axis)
     shown = _surface(panel, run, axis)
-    name(panel, f"Phase portrait, {XYZ[axis]}", f"dashed: {shown.meaning}" if shown else "")
+    name(panel, f"Phase portrait, {XYZ[axis]}", *([f"dashed: {shown.meaning}", shown.meaning] if shown else []))
 
 
 def steady_portrait(panel: Axes, run: Run, axis: int) -> None:

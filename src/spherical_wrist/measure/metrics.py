@@ -276,8 +276,7 @@ class Metric:
 
     Attributes:
         name: identifier, which ends with the unit of the value; the key in JSON, tables of campaigns and recordings.
-        label: words for tables.
-        heading: shorter words, for the head of a column.
+        label: its one name in tables, pictures and sentences; a head of two lines breaks after the comma.
         unit: of the value; empty for a number without one.
         quantity: entry of QUANTITIES or EVENTS that it is computed from.
         reduction: how.
@@ -293,7 +292,6 @@ class Metric:
 
     name: str
     label: str
-    heading: str
     unit: str
     quantity: str
     reduction: Reduction
@@ -333,11 +331,6 @@ class Metric:
         """Label with the unit in which people see it, in brackets."""
         return f"{self.label} [{self.shown_unit}]" if self.shown_unit else self.label
 
-    @property
-    def heading_and_unit(self) -> str:
-        """Heading with the unit in which people see it, in brackets."""
-        return f"{self.heading} [{self.shown_unit}]" if self.shown_unit else self.heading
-
     def value(self, totals: Any, settings: MetricSettings) -> float | None:
         """Compute the value from a TOTALS record; None where there is none."""
         rows = float(totals["rows"])
@@ -353,91 +346,91 @@ METRICS: dict[str, Metric] = {
     metric.name: metric
     for metric in (
         Metric(
-            "rms_tip_error_mm", "tip error, RMS", "RMS tip error", "mm", "tip_error_squared", ROOT_MEAN,
+            "rms_tip_error_mm", "tip error, RMS", "mm", "tip_error_squared", ROOT_MEAN,
             "RMS distance of `tip` from `desired_tip`, where it would be at the desired attitude",
             note="of the tip from its target",
             since=1,
         ),
         Metric(
-            "max_tip_error_mm", "tip error, largest", "max tip error", "mm", "tip_error_squared", ROOT_LARGEST,
+            "max_tip_error_mm", "tip error, largest", "mm", "tip_error_squared", ROOT_LARGEST,
             "largest distance of `tip` from `desired_tip`",
             since=1,
         ),
         Metric(
-            "max_tip_error_at_s", "tip error, largest at", "largest at", "s", "largest_tip_error", EVENT_TIME_IN_WINDOW,
+            "max_tip_error_at_s", "tip error, largest at", "s", "largest_tip_error", EVENT_TIME_IN_WINDOW,
             "time in the run of the largest tip error",
             since=3, less_is_better=False,
         ),
         Metric(
-            "settling_time_s", "tip within bound from", "settled", "s", "tip_settled", EVENT_TIME,
+            "settling_time_s", "tip within bound from", "s", "tip_settled", EVENT_TIME,
             "time in the run from which the tip error stays within the bound, to the end of the steady window",
             note="and stays there; a dash: never",
             since=3,
         ),
         Metric(
-            "rms_error_rad", "attitude error, RMS", "RMS error", "rad", "error_squared", ROOT_MEAN,
+            "rms_error_rad", "attitude error, RMS", "rad", "error_squared", ROOT_MEAN,
             "RMS attitude error |e|",
             note="of the tool from its target",
             since=1,
         ),
         Metric(
-            "max_error_rad", "attitude error, largest", "max error", "rad", "error_squared", ROOT_LARGEST,
+            "max_error_rad", "attitude error, largest", "rad", "error_squared", ROOT_LARGEST,
             "largest attitude error |e|",
             since=1,
         ),
         Metric(
-            "motor_use_fraction", "motor use, peak", "motor use", "", "motor_use", LARGEST,
+            "motor_use_fraction", "motor use, peak", "", "motor_use", LARGEST,
             "largest torque or current asked of a motor or coil, as a fraction of its limit",
             note="the busiest motor, of its limit",
             shown=(100.0, "%"), digits=3, needs=LIMITED, since=3,
         ),
         Metric(
-            "saturated_fraction", "saturated", "saturated", "", "saturated", MEAN,
+            "saturated_fraction", "saturated", "", "saturated", MEAN,
             "fraction of the control instants at which a limit cut the torque",
             note="of the time, at a motor's limit",
             shown=(100.0, "%"), since=1,
         ),
         Metric(
-            "peak_torque_Nm", "torque, peak", "peak torque", "N·m", "torque_squared", ROOT_LARGEST,
+            "peak_torque_Nm", "torque, peak", "N·m", "torque_squared", ROOT_LARGEST,
             "largest torque |τ|",
             since=1,
         ),
         Metric(
-            "rms_torque_Nm", "torque, RMS", "RMS torque", "N·m", "torque_squared", ROOT_MEAN,
+            "rms_torque_Nm", "torque, RMS", "N·m", "torque_squared", ROOT_MEAN,
             "RMS torque |τ|",
             since=1,
         ),
         Metric(
-            "chattering_Nm_per_s", "chattering", "chattering", "N·m/s", "command_step", PER_SECOND_AND_AXIS,
+            "chattering_Nm_per_s", "chattering", "N·m/s", "command_step", PER_SECOND_AND_AXIS,
             "Σ |τ[k] − τ[k−1]| of the torque asked for, per second, mean over the axes",
             note="the torque's ups and downs, summed",
             since=1,
         ),
         Metric(
-            "reaching_time_s", "surface reached at", "reached at", "s", "surface_reached", EVENT_TIME,
+            "reaching_time_s", "surface reached at", "s", "surface_reached", EVENT_TIME,
             "time in the run from which |S| stays within the law's boundary layer on every axis, to its end",
             note="the law slides from then on",
             needs=SURFACE, since=1,
         ),
         Metric(
-            "max_tilt_rad", "tilt, largest", "max tilt", "rad", "tilt", LARGEST,
+            "max_tilt_rad", "tilt, largest", "rad", "tilt", LARGEST,
             "largest angle between the tool and its direction at the identity",
             note="of the tool from where it rests",
             since=1, less_is_better=False,
         ),
         Metric(
-            "copper_loss_W", "copper loss", "copper loss", "W", "current_squared", MEAN_POWER,
+            "copper_loss_W", "copper loss", "W", "current_squared", MEAN_POWER,
             "mean power lost in the coils",
             note="heat in the coils, on average",
             needs=COILS, since=1,
         ),
         Metric(
-            "peak_current_A", "coil current, peak", "peak current", "A", "current_squared", ROOT_LARGEST,
+            "peak_current_A", "coil current, peak", "A", "current_squared", ROOT_LARGEST,
             "largest current of a coil",
             needs=COILS, since=1,
         ),
         Metric(
-            "max_condition_number", "condition number, largest", "condition", "", "condition", LARGEST,
+            "max_condition_number", "condition number, largest", "", "condition", LARGEST,
             "largest condition number of the torque map for which currents were found, if it is finite",
             note="of the torque map; 1 is best",
             needs=COILS, since=1, unbounded=True,

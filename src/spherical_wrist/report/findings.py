@@ -52,11 +52,13 @@ class Curves(NamedTuple):
         distributions: of each figure, by law: values and the shares of episodes up to them.
         bands: of each parameter, by law: quantiles of the error in bins.
         parameters: the varied parameters.
+        statuses: status of each law (:data:`~spherical_wrist.control.contract.LawStatus`), by label.
     """
 
     distributions: Mapping[str, Mapping[str, list[tuple[float, float]]]]
     bands: Mapping[str, Mapping[str, list[dict[str, Any]]]]
     parameters: tuple[Column, ...]
+    statuses: Mapping[str, str]
 
 
 def findings(
@@ -106,14 +108,15 @@ def findings(
                 "laws": {law: _replayed(folder, worst(table, law)) for law in table.laws},
             },
         }
-        return found, _curves(table)
+        return found, _curves(table, {law: base.law.status for law, base in folder.campaign.bases.items()})
 
 
-def _curves(table: Table) -> Curves:
+def _curves(table: Table, statuses: Mapping[str, str]) -> Curves:
     return Curves(
         {metric: {law: curve(table, law, name) for law in table.laws} for name, metric in FIGURES.items()},
         {column.name: {law: bands(table, law, column) for law in table.laws} for column in table.parameters},
         table.parameters,
+        statuses,
     )
 
 

@@ -10,7 +10,15 @@ from spherical_wrist.measure.metrics import METRICS
 from spherical_wrist.report import parts
 from spherical_wrist.report.findings import Curves
 from spherical_wrist.report.html import template_environment
-from spherical_wrist.report.pictures import Picture, against_parameter, bars, distribution, exceedance, look
+from spherical_wrist.report.pictures import (
+    Looks,
+    Picture,
+    against_parameter,
+    bars,
+    distribution,
+    exceedance,
+    page_looks,
+)
 from spherical_wrist.report.sensitivity import EVEN
 from spherical_wrist.report.table import FIGURES
 
@@ -40,8 +48,10 @@ def page(summary: Mapping[str, Any], curves: Curves) -> str:
     environment = template_environment("spherical_wrist.report")
     filters = (parts.breakable, parts.grouped, parts.law, parts.percent, parts.setting)
     environment.filters.update({each.__name__: each for each in filters})
-    functions = (parts.number, parts.percent, parts.ratio, parts.interval, parts.mark)
+    functions = (parts.number, parts.percent, parts.ratio, parts.interval)
     environment.globals.update({each.__name__: each for each in functions})
+    looks = page_looks(curves.statuses)
+    environment.globals["mark"] = lambda law: parts.mark(looks[law])
     return environment.get_template("page.html").render(
         title=f"Report: {campaign['folder'].rstrip('/').rpartition('/')[2]}",
         summary=summary,
@@ -51,11 +61,11 @@ def page(summary: Mapping[str, Any], curves: Curves) -> str:
         **_best(summary),
         varied=_varied(campaign),
         metrics={name: METRICS[metric] for name, metric in FIGURES.items()},
-        precision=_precision(summary, curves),
+        precision=_precision(summary, curves, looks),
         rates={key: RATES[key].replace("the bound", bound) for key in used},
         missing=_listed([MISSING[key] for key in MISSING if key not in used]),
         pairs={(pair["law"], pair["other"]): pair for pair in summary["pairs"]},
-        dependence=_dependence(summary, curves) if curves.parameters else None,
+        dependence=_dependence(summary, curves, looks) if curves.parameters else None,
         above_worst=_above_worst(summary),
         even=campaign["design"] in EVEN,
     )
@@ -85,7 +95,7 @@ def _varied(campaign: Mapping[str, Any]) -> dict[str, Any]:
     return {parts.with_unit(name, units): parts.drawn(given) for name, given in campaign["varied"].items()}
 
 
-def _precision(summary: Mapping[str, Any], curves: Curves) -> list[Picture]:
+def _precision(summary: Mapping[str, Any], curves: Curves, looks: Looks) -> list[Picture]:
     """Draw the distributions of the metrics."""
     shown = curves.distributions
     error, tip, chattering = (METRICS[name] for name in FIGURES.values())
@@ -93,16 +103,21 @@ def _precision(summary: Mapping[str, Any], curves: Curves) -> list[Picture]:
     note = " A curve that ends below 1 is of a law that did not complete every episode." if lost else ""
     return [
         distribution(
-            shown[error.name], error.label_and_unit, f"Share of episodes whose RMS error is up to a value.{note}"
+            shown[error.name],
+            looks,
+            error.label_and_unit,
+            f"Share of episodes whose attitude error is up to a value.{note}",
         ),
         exceedance(
             shown[tip.name],
+            looks,
             tip.label_and_unit,
             summary["bound_mm"],
             "Share of episodes in which the tool tip strays further than a value; dashed: the bound.",
         ),
         distribution(
             shown[chattering.name],
+            looks,
             chattering.label_and_unit,
             f"Share of episodes whose chattering is up to a value.{note}",
         ),
@@ -113,7 +128,7 @@ def _listed(words: list[str]) -> str:
     return " or ".join(filter(None, [", ".join(words[:-1]), *words[-1:]]))
 
 
-def _dependence(summary: Mapping[str, Any], curves: Curves) -> dict[str, Any]:
+def _dependence(summary: Mapping[str, Any], curves: Curves, looks: Looks) -> dict[str, Any]:
     """Draw the share that each parameter explains, and the error against each, the most important first."""
     units = summary["campaign"]["units"]
 
@@ -132,8 +147,8 @@ def _dependence(summary: Mapping[str, Any], curves: Curves) -> dict[str, Any]:
     shown = "median, and 90 % as thin lines" if len(ordered) > 1 else "median, and the band from 10 % to 90 %"
     return {
         "shares": [
-            bars(rows, look(position)[0], f"Shares that parameters explain of the error of {law}.")
-            for position, (law, rows) in enumerate(ordered.items())
+            bars(rows, looks[law].colour, f"Shares that parameters explain of the error of {law}.")
+            for law, rows in ordered.items()
         ],
         "rows": {
             law: [{**row, "name": parts.with_unit(row["parameter"], units)} for row in rows]
@@ -141,7 +156,7 @@ def _dependence(summary: Mapping[str, Any], curves: Curves) -> dict[str, Any]:
         },
         "pictures": [
             against_parameter(
-                curves.bands[name], middles, parts.with_unit(name, units), f"Error against {name}: {shown}."
+                curves.bands[name], middles, looks, parts.with_unit(name, units), f"Error against {name}: {shown}."
             )
             for name in order
         ],

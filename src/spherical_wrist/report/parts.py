@@ -5,7 +5,8 @@ from typing import Any
 
 from markupsafe import Markup, escape
 
-from spherical_wrist.report.pictures import look
+from spherical_wrist.picture_style import LawLook
+from spherical_wrist.report.pictures import INK
 
 NOT_COMPLETED = "did not complete"
 
@@ -59,13 +60,13 @@ def interval(low: float | None, high: float | None, write: Callable[[float | Non
 
 
 def breakable(text: str) -> Markup:
-    """Allow line breaks behind underscores and dots."""
-    return escape(text).replace("_", Markup("_<wbr>")).replace(".", Markup(".<wbr>"))
+    """Allow line breaks behind underscores, dots and colons."""
+    return Markup("").join(escape(sign) + Markup("<wbr>") if sign in "_.:" else escape(sign) for sign in text)
 
 
 def law(name: str) -> Markup:
-    """Write the name of a law, which is broken on narrow pages only."""
-    return Markup('<span class="law">{}</span>').format(name)
+    """Write the name of a law, which is broken only where there is no room for it."""
+    return Markup('<span class="law">{}</span>').format(breakable(name))
 
 
 def setting(value: Any) -> Markup:
@@ -93,10 +94,10 @@ def grouped(count: int) -> str:
     return f"{count:,}"
 
 
-def mark(position: int) -> Markup:
+def mark(look: LawLook) -> Markup:
     """Draw a short line in the style of a law."""
-    colour, dash = look(position)
-    dashes = {"-": "", "--": "7 4", ":": "2 3", "-.": "7 3 2 3"}[dash]
+    dashes = "" if look.dash == "-" else " ".join(f"{2.0 * length:g}" for length in look.dash[1])
+    colour = look.colour.replace(INK, "currentColor")
     return Markup(
         '<svg class="mark" viewBox="0 0 28 12" aria-hidden="true">'
         '<line x1="0" y1="6" x2="28" y2="6" stroke="{}" stroke-width="4" stroke-dasharray="{}"/></svg>'

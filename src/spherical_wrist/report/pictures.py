@@ -11,16 +11,16 @@ from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter
 
+from spherical_wrist.colours import BLACK
 from spherical_wrist.measure.metrics import METRICS
 from spherical_wrist.picture_file import picture_bytes
+from spherical_wrist.picture_style import LawLook, law_looks
 from spherical_wrist.plain_text import literal
 from spherical_wrist.report.table import FIGURES
 
-COLOURS = ("#2f8fd0", "#e0731a", "#2aa876", "#c55fa3", "#8a7be0", "#a8952a", "#d65454", "#7f8c97")
-"""Colours of laws, in their order, legible on white and on black. Further laws are dashed."""
-DASHES = ("-", "--", ":", "-.")
 INK, LINE = "#010203", "#020304"
 """Placeholders of the page's colours of text and of lines."""
+Looks = Mapping[str, LawLook]
 WIDTH, HEIGHT = 4.4, 3.0
 MOST_BARS = 14
 STYLE: Any = {
@@ -50,30 +50,33 @@ class Picture(NamedTuple):
     caption: str
 
 
-def look(position: int) -> tuple[str, str]:
-    """Return colour and dash of a law by its position."""
-    return COLOURS[position % len(COLOURS)], DASHES[position // len(COLOURS) % len(DASHES)]
+def page_looks(statuses: Mapping[str, str]) -> dict[str, LawLook]:
+    """Return the looks of laws on a page, by label: as in every picture, with its colour of text in place of black."""
+    looks = law_looks(statuses, lines=True, many=True)
+    return {law: look._replace(colour=INK) if look.colour == BLACK else look for law, look in looks.items()}
 
 
-def distribution(curves: Mapping[str, Sequence[tuple[float, float]]], label: str, caption: str) -> Picture:
+def distribution(
+    curves: Mapping[str, Sequence[tuple[float, float]]], looks: Looks, label: str, caption: str
+) -> Picture:
     """Draw the shares of episodes up to each value, by law, on a logarithmic axis."""
     drawing, panel = _new()
-    for position, points in enumerate(curves.values()):
-        colour, dash = look(position)
+    for law, points in curves.items():
         shown = [(x, y) for x, y in points if x > 0.0]
-        panel.plot(*_columns(shown), drawstyle="steps-post", color=colour, linestyle=dash)
+        panel.plot(*_columns(shown), drawstyle="steps-post", **_line(looks[law]))
     panel.set(xscale="log", xlabel=label, ylabel="share of episodes up to it", ylim=(-0.02, 1.02))
     _plain_decades(panel)
     return _finished(drawing, caption)
 
 
-def exceedance(curves: Mapping[str, Sequence[tuple[float, float]]], label: str, bound: float, caption: str) -> Picture:
+def exceedance(
+    curves: Mapping[str, Sequence[tuple[float, float]]], looks: Looks, label: str, bound: float, caption: str
+) -> Picture:
     """Draw the shares of episodes above each value, by law, on logarithmic axes, with a bound."""
     drawing, panel = _new()
-    for position, points in enumerate(curves.values()):
-        colour, dash = look(position)
+    for law, points in curves.items():
         shown = [(x, 1.0 - y) for x, y in points if x > 0.0 and y < 1.0]
-        panel.plot(*_columns(shown), drawstyle="steps-post", color=colour, linestyle=dash)
+        panel.plot(*_columns(shown), drawstyle="steps-post", **_line(looks[law]))
     panel.axvline(bound, color=INK, linewidth=1.0, linestyle="--")
     panel.annotate(
         f" {bound:g} mm", (bound, 1.0), xycoords=("data", "axes fraction"), va="top", fontsize=8.5, color=INK
@@ -88,7 +91,11 @@ def exceedance(curves: Mapping[str, Sequence[tuple[float, float]]], label: str, 
 
 
 def against_parameter(
-    bands: Mapping[str, Sequence[Mapping[str, Any]]], middles: Mapping[str, float], name: str, caption: str
+    bands: Mapping[str, Sequence[Mapping[str, Any]]],
+    middles: Mapping[str, float],
+    looks: Looks,
+    name: str,
+    caption: str,
 ) -> Picture:
     """Draw the median of the error against a parameter, and the band from 10 % to 90 %.
 
@@ -97,19 +104,19 @@ def against_parameter(
     """
     drawing, panel = _new()
     places = _places([each["at"] for rows in bands.values() for each in rows])
-    for position, (law, rows) in enumerate(bands.items()):
+    for law, rows in bands.items():
         if law not in middles:
             continue
-        colour, dash = look(position)
+        line = _line(looks[law])
         xs = [places.get(each["at"], each["at"]) for each in rows]
         size = middles[law] if len(bands) > 1 else 1.0
         low, median, high = ([_drawable(each[key] / size) for each in rows] for key in ("low", "median", "high"))
         if len(bands) == 1:
-            panel.fill_between(xs, low, high, color=colour, alpha=0.18, linewidth=0.0)
+            panel.fill_between(xs, low, high, color=line["color"], alpha=0.18, linewidth=0.0)
         else:
-            panel.plot(xs, high, color=colour, linestyle=dash, linewidth=0.7)
+            panel.plot(xs, high, **{**line, "linewidth": 0.7})
         marker = "o" if len(rows) <= 12 else ""
-        panel.plot(xs, median, color=colour, linestyle=dash, marker=marker, markersize=3.5)
+        panel.plot(xs, median, marker=marker, markersize=3.5, **line)
     panel.xaxis.set_major_locator(MaxNLocator(5))
     panel.xaxis.set_major_formatter("{x:.4g}")
     if not panel.lines:
@@ -118,7 +125,7 @@ def against_parameter(
         panel.set_xticks(list(places.values()), [literal(_shortened(str(value))) for value in places])
     panel.set(yscale="log", xlabel=literal(name))
     error = METRICS[FIGURES["error"]]
-    panel.set_ylabel(error.heading_and_unit if len(bands) == 1 else f"{error.heading} [× median of the law]")
+    panel.set_ylabel(error.label_and_unit if len(bands) == 1 else f"{error.label} [× median of the law]")
     _few_ticks(panel.yaxis, panel.get_ylim())
     return _finished(drawing, caption)
 
@@ -144,6 +151,11 @@ def bars(rows: Sequence[Mapping[str, Any]], colour: str, caption: str) -> Pictur
     panel.set_axisbelow(True)
     panel.tick_params(axis="y", length=0)
     return _finished(drawing, caption)
+
+
+def _line(look: LawLook) -> dict[str, Any]:
+    """Return the arguments of Matplotlib for a line of a law; pages have room for wider ones than papers."""
+    return {**look.line, "linewidth": 1.3 * look.weight}
 
 
 def _plain_decades(panel: Axes) -> None:

@@ -16,6 +16,7 @@ from spherical_wrist.prepare.cache import CachePool, RunCache
 from spherical_wrist.simulation.rollouts import RolloutResult, roll_out
 from spherical_wrist.simulation.run import Run
 from spherical_wrist.simulation.simulate import simulate
+from spherical_wrist.stages import one_of_many
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -87,7 +88,11 @@ class Runner:
         self._jobs, self._stop, self._caches = jobs or cores(), stop, CachePool()
 
     def map(
-        self, work: Callable[[Item, Worker], Result], items: Sequence[Item], progress: Progress = ignore_progress
+        self,
+        work: Callable[[Item, Worker], Result],
+        items: Sequence[Item],
+        progress: Progress = ignore_progress,
+        name: Callable[[Item], str] = lambda item: "",
     ) -> list[Result]:
         """Do the work for every item, and return the results in the order of the items.
 
@@ -98,6 +103,7 @@ class Runner:
             work: function of an item and of a worker that runs experiments.
             items: items of work.
             progress: called from the calling thread whenever an item finishes.
+            name: names an item in the log of stages; empty for no line.
 
         Raises:
             CancelledError: ``stop`` returned True.
@@ -108,7 +114,7 @@ class Runner:
             return halted.is_set() or self._stop()
 
         def work_on(item: Item) -> Result:
-            with self._caches.borrowed() as cache:
+            with one_of_many(name(item)), self._caches.borrowed() as cache:
                 return work(item, Worker(cache, stopping))
 
         with ThreadPoolExecutor(self._jobs, thread_name_prefix="wrist") as pool:

@@ -121,7 +121,7 @@ def margins(
         except StoppedError:
             raise CancelledError from None
 
-    return Runner(jobs).map(work, experiments, progress)
+    return Runner(jobs).map(work, experiments, progress, lambda item: f"margins of {item[0]}")
 
 
 def _margins_of(label: str, experiment: Experiment, worker: Worker, at: float, ranges: bool) -> LawMargins:

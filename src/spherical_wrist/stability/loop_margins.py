@@ -20,14 +20,14 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from spherical_wrist.errors import ParameterError
+from spherical_wrist.missing_package import missing
 from spherical_wrist.stability.frequency_response import frequency_response, largest_gain, loop_gain
 
 try:
     from control import FrequencyResponseData, stability_margins
     from slycot import ab13md
 except ImportError:
-    raise ParameterError("margins need python-control and Slycot: pip install 'spherical-wrist[margins]'") from None
+    raise missing("margins need python-control and Slycot", "margins") from None
 
 Array = npt.NDArray[np.float64]
 Complex = npt.NDArray[np.complex128]

@@ -35,10 +35,10 @@ def _comments(point: Mapping[str, Any], table: Mapping[str, Any], again: list[st
     yield f"# Gains of {table['law']['name']}: trial {point['trial']} of {table['trials']}, on the Pareto front."
     yield f"# Geometric means over {len(table['cases'])} cases:"
     for metric, ratio in zip((METRICS[name] for name in MEANS), of_default, strict=True):
-        yield f"#   {metric.heading:10}  {point[metric.name]:.6g} {metric.unit}{ratio}"
+        yield f"#   {metric.label:19}  {point[metric.name]:.6g} {metric.unit}{ratio}"
     yield "#"
     width = max(len(name) for name in point["cases"])
-    headings = {name: METRICS[name].heading_and_unit for name in OF_CASES}
+    headings = {name: METRICS[name].label_and_unit for name in OF_CASES}
     yield f"# {'case':{width}}  {'  '.join(headings.values())}"
     for case, figures in point["cases"].items():
         entries = (f"{figures[name]:>{len(heading)}.6g}" for name, heading in headings.items())

@@ -19,6 +19,7 @@ import numpy as np
 
 from spherical_wrist.errors import ParameterError, one_line
 from spherical_wrist.files import read_whole
+from spherical_wrist.missing_package import missing
 from spherical_wrist.tuning.objective import Score
 from spherical_wrist.tuning.ranges import Space
 
@@ -27,7 +28,7 @@ try:
     from optuna.storages.journal import JournalFileBackend, JournalFileSymlinkLock, JournalStorage
     from optuna.trial import TrialState
 except ImportError:
-    raise ParameterError("tuning needs Optuna: pip install 'spherical-wrist[tune]'") from None
+    raise missing("tuning needs Optuna", "tune") from None
 
 SamplerName = Literal["nsga2", "tpe"]
 BATCH = 8
