@@ -294,7 +294,7 @@ def test_outcomes_are_kept_apart(tmp_path):
     told = {law["law"]: law for law in summary(folder.episodes())}
     outcomes = ("episodes", "completed", "diverged", "failed", "invalid")
     assert [told["pd"][name] for name in outcomes] == [2, 1, 1, 0, 0]
-    assert sum(told[f"{tmp_path.name}/mine.py:Pushy"][name] for name in outcomes[1:]) == 2
+    assert sum(told["mine.py:Pushy"][name] for name in outcomes[1:]) == 2
 
 
 def test_an_episode_that_turns_out_not_to_be_valid_is_stored_with_its_reason(tmp_path):

@@ -1,11 +1,13 @@
 """Warnings of runs: the table of checks, the sources, and the places where they are shown."""
 
 import html
+import io
 import json
 from pathlib import Path
 
 import numpy as np
 import pytest
+from pyarrow import parquet
 
 import spherical_wrist as sw
 from rigs import RigidBody, bits, mjcf
@@ -16,6 +18,7 @@ from spherical_wrist.prepare.plant import plant_of
 from spherical_wrist.recording.metrics_text import metrics_text
 from spherical_wrist.recording.runs import properties_of
 from spherical_wrist.recording.writer import write_recording
+from spherical_wrist.seal import PLACEHOLDER, sealed
 
 
 @pytest.mark.parametrize("name", CHECKS)
@@ -94,6 +97,44 @@ def test_a_campaign_sums_up_the_warnings_of_its_episodes(wrist):
     assert (code, json.loads(out)["warnings"], err) == (0, told["warnings"], lines)
     page = html.unescape(Path("page.html").read_text(encoding="utf-8"))
     assert [text for text in told["warnings"] if f"Warning: {text}." not in page] == []
+
+
+HELD = """
+laws = ["pd"]
+design = "grid"
+batch = 2
+[experiment]
+duration = 0.3
+[vary]
+model = ["free.xml", "dry.xml"]
+"reference.amplitude" = { linear = [0.1, 0.3, 2] }
+"""
+
+
+def test_a_campaign_sums_up_the_warnings_of_models_and_motions(wrist):
+    """They stand in the table of episodes as they do in single runs; older files, which have none, are read beside."""
+    Path("free.xml").write_text(mjcf())
+    Path("dry.xml").write_text(mjcf(joint='frictionloss="1e-4" limited="true" range="0 0.25"'))
+    Path("held.toml").write_text(HELD)
+    code, out, err = wrist("sweep", "held.toml", "--workers", "0", "--json")
+    told = json.loads(out)["warnings"]
+    assert (code, err) == (0, "".join(f"wrist: warning: {warning}\n" for warning in told))
+    folder = sw.load_campaign("held").folder
+    runs = {f"episode {each.id}": simulate(each.experiment()) for each in folder.campaign.episodes(0, 4)}
+    metrics, said = ({name: getattr(run, what) for name, run in runs.items()} for what in ("metrics", "warnings"))
+    assert [row["warnings"].split("\n") for row in folder.episodes().in_order()] == [
+        [text for text in said[name] if text not in warnings_of(metrics[name])] or [""] for name in runs
+    ]
+    assert sorted(told) == sorted(text.replace(" runs,", " episodes,") for text in summarized(metrics, said))
+    assert [text for text in told if "frictionloss" in text and "in 2 of 4 episodes, such as" in text]
+    assert [text for text in told if "leaves the range" in text and "in 1 of 4 episodes, such as" in text]
+    assert wrist("sweep", "held", "--replay", "3", "-o", "3.rrd")[0] == 0
+    batch = min((folder.path / "episodes").iterdir())
+    older = parquet.read_table(batch).drop_columns("warnings")
+    sink = io.BytesIO()
+    parquet.write_table(older.replace_schema_metadata({**older.schema.metadata, b"seal": PLACEHOLDER.encode()}), sink)
+    batch.write_bytes(sealed(sink.getvalue()))
+    assert json.loads(wrist("report", "held", "--json")[1])["warnings"] == told
 
 
 def test_a_frontier_warns_of_the_run_where_it_begins(wrist):

@@ -17,6 +17,7 @@ from spherical_wrist.errors import LawError, WristError, one_line
 from spherical_wrist.experiment.embedded_files import text_without_folders
 from spherical_wrist.loop.outcome import Status, StoppedError
 from spherical_wrist.measure.metrics import METRICS
+from spherical_wrist.measure.warnings import other_warnings
 from spherical_wrist.prepare.cache import SLOTS, CachePool, RunCache
 from spherical_wrist.simulation.rollouts import RolloutResult, roll_out
 from spherical_wrist.stages import one_of_many
@@ -73,7 +74,7 @@ def run_episodes(
         CampaignError: an episode raised an error that neither its law nor its experiment explains.
     """
     with one_of_many():
-        results = roll_out([episode.experiment for episode in episodes], cache, stop=stop, warn=False)
+        results = roll_out([episode.experiment for episode in episodes], cache, stop=stop)
     if any(isinstance(each, RolloutResult) and each.outcome.status is Status.INTERRUPTED for each in results):
         raise StoppedError
     return [_row(episode, result) for episode, result in zip(episodes, results, strict=True)]
@@ -84,15 +85,17 @@ def _row(episode: Episode, result: RolloutResult | Exception) -> dict[str, Any]:
     row |= {name: without_folders(value) for name, value in episode.values.items() if name != "seed"}
     if isinstance(result, RolloutResult):
         outcome = result.outcome
-        return row | _ended(str(outcome.status), outcome.time, outcome.reason) | dict(result.metrics)
+        said = text_without_folders(other_warnings(result.warnings, result.metrics))
+        return row | _ended(str(outcome.status), outcome.time, outcome.reason, said) | dict(result.metrics)
     if isinstance(result, WristError):
         return row | _ended(FAILED if isinstance(result, LawError) else INVALID, 0.0, str(result))
     error = f"{type(result).__name__}: {one_line(result)}"
     raise CampaignError(f"episode {episode.id} raised {error} (--replay {episode.id} runs it alone)") from result
 
 
-def _ended(outcome: str, time: float, reason: str) -> dict[str, Any]:
-    return {"outcome": outcome, "ended_at_s": time, "reason": text_without_folders(reason), **dict.fromkeys(METRICS)}
+def _ended(outcome: str, time: float, reason: str, warnings: str = "") -> dict[str, Any]:
+    ended = {"outcome": outcome, "ended_at_s": time, "reason": text_without_folders(reason), "warnings": warnings}
+    return ended | dict.fromkeys(METRICS)
 
 
 class WorkerCampaign(NamedTuple):

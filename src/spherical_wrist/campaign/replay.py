@@ -8,6 +8,7 @@ from spherical_wrist.campaign.errors import CampaignError
 from spherical_wrist.campaign.folder import Folder
 from spherical_wrist.campaign.store import python_warning
 from spherical_wrist.experiment.embedded_files import text_without_folders
+from spherical_wrist.measure.warnings import other_warnings
 from spherical_wrist.simulation.run import Run
 from spherical_wrist.simulation.simulate import simulate
 
@@ -59,6 +60,7 @@ def replay(folder: Folder, id_: int, warn: Callable[[str], None] = python_warnin
     run = simulate(episode.experiment())
     replayed = {"law": episode.law, "seed": episode.seed, "outcome": str(run.outcome.status), **run.metrics}
     replayed |= {"ended_at_s": run.outcome.time, "reason": text_without_folders(run.outcome.reason)}
+    replayed["warnings"] = text_without_folders(other_warnings(run.warnings, run.metrics))
     known = stored or {}
     differences = tuple(name for name, value in replayed.items() if name in known and not _same(known[name], value))
     return Replay(run, stored, differences)

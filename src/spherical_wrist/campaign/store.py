@@ -1,7 +1,8 @@
 """Storage of episodes in Parquet files, one for each batch, and queries over them.
 
 A row is an episode: ``id``, ``sample``, ``law`` (its label), ``seed``, the varied parameters by their dotted names,
-``outcome`` (completed, diverged, failed or invalid), ``ended_at_s``, ``reason``, and the metrics by name. An episode is
+``outcome`` (completed, diverged, failed or invalid), ``ended_at_s``, ``reason``, ``warnings`` (one a line, without
+those that follow from the metrics; older versions kept none), and the metrics by name. An episode is
 failed if its law raised or wrote a torque that is not finite (its metrics, if it has any, are of the time before), and
 invalid if its experiment could not be simulated. A metric that is newer than a file is null in the table; a column of a
 metric that this version does not know stays in it.
@@ -34,6 +35,7 @@ _TYPES: dict[Kind, pa.DataType] = {
     "text": pa.string(),
     "table": pa.string(),
 }
+_WARNINGS = pa.field("warnings", pa.string())
 _DIGEST, _VERSIONS, _SEAL = b"campaign", b"versions", b"seal"
 
 
@@ -76,11 +78,11 @@ def columns(campaign: Campaign) -> list[Column]:
 def schema(campaign: Campaign, digest: str) -> pa.Schema:
     """Return names and types of the columns. The metadata has the digest of the campaign."""
     metrics = [pa.field(name, pa.float64()) for name in METRICS]
-    return pa.schema([*fixed_schema(campaign), *metrics], metadata={_DIGEST: digest.encode()})
+    return pa.schema([*fixed_schema(campaign), _WARNINGS, *metrics], metadata={_DIGEST: digest.encode()})
 
 
 def fixed_schema(campaign: Campaign) -> pa.Schema:
-    """Return names and types of all columns except the metrics."""
+    """Return names and types of all columns except the warnings, which older files have not, and the metrics."""
     return pa.schema(
         [
             pa.field("id", pa.int64(), nullable=False),
@@ -185,8 +187,9 @@ class EpisodeFiles:
         return FileCheck("", seal is Seal.INTACT, table)
 
     def _has_columns(self, schema: pa.Schema) -> bool:
-        """Return True if a file has the fixed columns, followed by any metrics."""
+        """Return True if a file has the fixed columns, followed by the warnings and any metrics."""
         metrics = list(schema)[len(self._fixed) :]
+        metrics = metrics[1:] if metrics and metrics[0].equals(_WARNINGS) else metrics
         fixed = pa.schema(list(schema)[: len(self._fixed)])
         return bool(fixed.equals(self._fixed)) and all(each.type == pa.float64() for each in metrics)
 
@@ -307,5 +310,6 @@ def create_episodes_view(database: duckdb.DuckDBPyConnection, files: Sequence[Pa
     database.execute("SET parquet_metadata_cache = true")  # a union by name reads the metadata of every file
     database.execute(f"CREATE VIEW stored AS SELECT * FROM read_parquet([{listed}], union_by_name = true)")
     present = {row[0] for row in database.execute("DESCRIBE stored").fetchall()}
-    missing = "".join(f', NULL::DOUBLE AS "{name}"' for name in METRICS if name not in present)
+    types = {_WARNINGS.name: "VARCHAR", **dict.fromkeys(METRICS, "DOUBLE")}
+    missing = "".join(f', NULL::{type_} AS "{name}"' for name, type_ in types.items() if name not in present)
     database.execute(f"CREATE VIEW episodes AS SELECT *{missing} FROM stored")

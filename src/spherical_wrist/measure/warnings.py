@@ -132,21 +132,48 @@ def summarized(
 def _together(found: Mapping[str, str], total: int) -> str:
     """Return one warning for those of one kind, by words for the runs that have it."""
     name, text = next(iter(found.items()))
-    if len(found) == total and len(set(found.values())) == 1:
-        return text
-    return f"in {len(found)} of {total} runs, such as {name}: {text}"
+    return _counted(text, len(set(found.values())) == 1, len(found), total, "runs", name)
+
+
+def _counted(text: str, same: bool, found: int, total: int, runs: str, name: str) -> str:
+    """Return a warning of a model or motion with the number of runs that have it, unless all have the same."""
+    return text if same and found == total else f"in {found:,} of {total:,} {runs}, such as {name}: {text}"
+
+
+LINE = "\n"
+"""End of a warning among those of an episode in a table."""
+
+MOST_KINDS = 20
+"""Most kinds of warnings of models and motions that are said of a table."""
+
+
+def other_warnings(warnings: Iterable[str], metrics: Mapping[str, float | None]) -> str:
+    """Return the warnings of a run as a text for a table, without those that follow from its metrics."""
+    own = warnings_of(metrics)
+    return LINE.join(text.replace(LINE, " ") for text in warnings if text not in own)
 
 
 def summarized_table(query: Callable[[str], list[dict[str, Any]]]) -> tuple[str, ...]:
-    """Return the warnings of the finished runs of a table of episodes.
+    """Return the warnings of the finished runs of a table of episodes, one for each kind.
 
     Args:
-        query: returns the rows of an SQL query; the table is ``episodes``, with a column for each metric.
+        query: returns the rows of an SQL query; the table is ``episodes``, with a column for each metric, and the
+            column ``warnings`` with the texts of :func:`other_warnings`.
     """
-    said = []
+    [[total]] = (row.values() for row in query("SELECT count(*) FROM episodes WHERE outcome = 'completed'"))
+    kinds = query(
+        "SELECT count(DISTINCT id) AS found, count(DISTINCT text) AS texts, min(id) AS id, arg_min(text, id) AS text "
+        "FROM (SELECT id, unnest(string_split(warnings, chr(10))) AS text FROM episodes "
+        f"WHERE outcome = 'completed' AND warnings <> '') GROUP BY regexp_replace(text, '{NUMBER.pattern}', '#', 'g') "
+        f"ORDER BY id, text LIMIT {MOST_KINDS}"
+    )
+    said = [
+        _counted(kind["text"], kind["texts"] == 1, kind["found"], total, "episodes", f"episode {kind['id']}")
+        for kind in kinds
+    ]
     for check in CHECKS.values():
         rows = query(
-            f"SELECT count(*) AS runs, count(*) FILTER ({check.metric} > {check.limit!r}) AS found, "
+            f"SELECT count(*) FILTER ({check.metric} > {check.limit!r}) AS found, "
             f"max({check.metric}) AS largest, "
             # of equals the first, whichever thread meets it
             f"arg_max(id, row({check.metric}, -id)) FILTER ({check.metric} IS NOT NULL) AS worst FROM episodes "
@@ -154,7 +181,7 @@ def summarized_table(query: Callable[[str], list[dict[str, Any]]]) -> tuple[str,
         )
         [row] = rows
         if row["found"]:
-            affected = f"{row['found']:,} of {row['runs']:,} episodes"
+            affected = f"{row['found']:,} of {total:,} episodes"
             said.append(check.counted(affected, f"episode {row['worst']}", row["largest"]))
     return tuple(said)
 

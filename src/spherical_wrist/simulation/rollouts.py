@@ -56,7 +56,6 @@ def roll_out(
     stop: Callable[[], bool] = lambda: False,
     keep: Callable[[ClosedLoop, Logged], None] = _discard,
     chunk: int = CHUNK,
-    warn: bool = True,
 ) -> list[RolloutResult | Exception]:
     """Run experiments to their end, and compute their metrics. The results are bit for bit those of separate runs.
 
@@ -69,14 +68,13 @@ def roll_out(
         stop: polled a few times a second; returns True to stop. Unfinished runs then end as ``interrupted``.
         keep: called with the loop and each chunk of its log; only for a single experiment.
         chunk: number of control periods per chunk; the results do not depend on it.
-        warn: False to leave out the warnings that take time to find.
 
     Returns:
         Result of each experiment, or the exception that creating, preparing or running it raised.
     """
     with warnings_kept_in_data():
         with _preparation_turn(), stage(f"prepared {len(makers)} run{'s' * (len(makers) > 1)}"):
-            runs = [_Run(make, cache, slot, stop, warn) for slot, make in enumerate(makers)]
+            runs = [_Run(make, cache, slot, stop) for slot, make in enumerate(makers)]
             rollouts = _rollouts(runs, chunk)
         if cache.engine.compiled:
             compiled_run_all()  # before time is taken
@@ -100,12 +98,10 @@ def roll_out(
 class _Run:
     """Run of one experiment on a slot of a cache. It stores the exception of a failure."""
 
-    def __init__(
-        self, make: Callable[[], Experiment], cache: RunCache, slot: int, stop: Callable[[], bool], warn: bool
-    ) -> None:
+    def __init__(self, make: Callable[[], Experiment], cache: RunCache, slot: int, stop: Callable[[], bool]) -> None:
         self.loop: ClosedLoop | None = None
         self.fault: Exception | None = None
-        self._wall_time, self._period, self._warn = 0.0, 0.0, warn
+        self._wall_time, self._period = 0.0, 0.0
         self._metrics: MetricAccumulator | None = None
         try:
             experiment = make()
@@ -158,8 +154,6 @@ class _Run:
         """Add what was measured of a run that has ended to the warnings of its loop."""
         assert self.loop is not None
         assert self._metrics is not None
-        if not self._warn:
-            return
         self.loop.warnings += self.loop.measured_warnings()
         lost = self.loop.outcome is not None and self.loop.outcome.status.lost
         if lost or self._metrics.totals["saturated"]["summed"][0] > 0.0:
