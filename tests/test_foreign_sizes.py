@@ -214,7 +214,11 @@ def test_nothing_in_a_recording_tells_the_folders_of_its_sender(wrist, tmp_path)
     home.mkdir()
     (home / "law.py").write_text(LAW)
     (home / "motion.csv").write_text("t,w,x,y,z\n" + "".join(f"{0.1 * k:g},1,0,0,0\n" for k in range(20)))
-    (home / "mine.xml").write_text(mjcf())
+    shapes = tmp_path / "nobodys shapes"  # the only folder in common is that of both
+    shapes.mkdir()
+    (shapes / "a.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n")
+    mesh = '<asset><mesh name="m" file="../nobodys shapes/a.obj"/></asset>'
+    (home / "mine.xml").write_text(mjcf(more=mesh))
     experiment = Experiment(
         law=f"{home / 'law.py'}:Spring", model=home / "mine.xml", duration=0.05, disturbance={"amplitude": 0.001},
         reference={"name": "recorded", "file": home / "motion.csv"},

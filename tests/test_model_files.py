@@ -3,6 +3,7 @@
 import shutil
 import zipfile
 import zlib
+from pathlib import Path
 
 import mujoco
 import numpy as np
@@ -244,6 +245,7 @@ def test_a_moved_model_is_the_same_to_the_last_bit(tmp_path, way):
     model = written(there, way)
     before = content_of(model)
     files = portable(model)
+    own = {path.name for path in model.parent.rglob("*") if path.is_dir()}
     shutil.rmtree(there)
     for path, content in files.items():
         (here / path).parent.mkdir(parents=True, exist_ok=True)
@@ -251,6 +253,9 @@ def test_a_moved_model_is_the_same_to_the_last_bit(tmp_path, way):
         assert str(there).encode() not in content
     moved = here / next(iter(files))
     check_confined(moved, here)
+    folders = {folder for path in files for folder in Path(path).parts[:-1]}
+    assert moved.parent == here
+    assert {folder for folder in folders - own if not folder.startswith("assets")} == set()  # none of its maker's
     assert content_of(moved) == before
     assert portable(moved) == files  # so that a replay can be recorded
 
@@ -288,7 +293,7 @@ def test_what_is_beside_a_linked_model_is_beside_the_link(tmp_path):
     (models / "a.obj").write_bytes(CONTENTS["a.obj"])
     assert mujoco.MjModel.from_xml_path(str(models / "linked.xml")).nmesh == 1
     assert [file.name for file in model_files(models / "linked.xml")] == ["linked.xml", "a.obj"]
-    assert list(portable(models / "linked.xml")) == ["linked.xml", "models/a.obj"]
+    assert list(portable(models / "linked.xml")) == ["linked.xml", "assets/a.obj"]
 
 
 def test_files_are_read_anew_when_one_has_changed(tmp_path):

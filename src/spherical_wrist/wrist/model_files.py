@@ -69,9 +69,10 @@ def model_files(path: Path) -> Mapping[Path, bytes]:
 def portable(path: Path) -> Mapping[str, bytes]:
     """Read the files of a model such that they can be moved together, by the paths that they have to each other.
 
-    They stay as they are where all names are relative, without symbolic links, and stay within one folder wherever
-    MuJoCo may look for them. Otherwise all MJCF files stand beside each other, with the folders of assets beside them
-    and no other folder named: then every way of looking for a file leads to the same one. Comments that are no XML, and
+    They stay as they are where all names are relative, without symbolic links, and stay within the folder of the model
+    wherever MuJoCo may look for them. Otherwise all MJCF files stand beside each other, with folders of assets beside
+    them, and no folder keeps its name: then every way of looking for a file leads to the same one. Folders above the
+    model's are nobody's concern. Comments that are no XML, and
     declarations of a document type, which MuJoCo skips, are left out.
 
     Raises:
@@ -84,7 +85,7 @@ def _moved(contents: Mapping[Path, bytes], names: Sequence[_Name]) -> dict[str, 
     main = next(iter(contents))
     texts = {main, *(name.file for name in names if name.is_text)}
     contents = {file: _well_formed(file, content) if file in texts else content for file, content in contents.items()}
-    root = Path(os.path.commonpath([file.parent for file in contents]))
+    root = main.parent
     try:
         check_confined(main, root)
     except ModelError:
@@ -108,7 +109,7 @@ def _flat(contents: Mapping[Path, bytes], names: Sequence[_Name]) -> dict[str, b
     places = {file: _free(file.name, taken) for file in texts}
     for file in contents.keys() - texts.keys():
         if file.parent not in folders:
-            folders[file.parent] = _free(file.parent.name or "files", taken)
+            folders[file.parent] = _free("assets", taken)
         places[file] = f"{folders[file.parent]}/{file.name}"  # an asset without a name is called like its file
     edits = defaultdict[Path, dict[tuple[int, int], bytes]](dict)
     for name in names:
