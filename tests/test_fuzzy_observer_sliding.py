@@ -7,6 +7,8 @@ from scipy.spatial.transform import Rotation
 from sampling import long, some
 from spherical_wrist import Experiment, simulate
 from spherical_wrist.comparison.ablation import FIGURES, WHOLE, ablation
+from spherical_wrist.comparison.ablation_picture import ablation_picture
+from spherical_wrist.comparison.ablation_table import ablation_table, to_dict
 from spherical_wrist.control import FuzzyObserverSliding, Law
 from spherical_wrist.control.contract import SIGNAL
 from spherical_wrist.control.fused_state import FusedState, fuse
@@ -15,6 +17,7 @@ from spherical_wrist.control.surface_observer import gains
 from spherical_wrist.errors import ParameterError
 from spherical_wrist.experiment.presets import HARDWARE
 from spherical_wrist.loop.outcome import Status
+from spherical_wrist.picture_style import WIDTHS
 from spherical_wrist.prepare.cache import RunCache
 from spherical_wrist.prepare.needed_torque import needed_variation
 
@@ -177,6 +180,26 @@ def test_a_law_without_parts_is_refused_in_one_line(wrist):
     code, out, err = wrist("ablate", "pd")
     assert (code, out, err.count("\n")) == (2, "", 1)
     assert OURS in err
+
+
+def test_the_picture_and_the_table_of_parts_have_the_figures_and_the_lost_runs():
+    law = FuzzyObserverSliding()
+    found = {part: {each.name: 1.0 + place for each in FIGURES} for place, part in enumerate([WHOLE, *law.ablations])}
+    found["rules"] = {**found["rules"], FIGURES[0].name: None}
+    found["fusion"] = {**found["fusion"], FIGURES[-1].name: 0.0}
+    table = to_dict(OURS, law, found)
+    rows = ablation_table(table).rows
+    assert [row[0] for row in rows] == ["whole law", *(f"without {part}" for part in law.ablations)]
+    assert (rows[0][1:], rows[3][1]) == ([1.0] * len(FIGURES), "lost")
+    for width in WIDTHS.values():
+        made = ablation_picture(table, width)
+        assert made.get_figwidth() == width
+        ends = [line for line in made.axes[0].lines if line.get_marker() in ("o", "x")]
+        assert [line.get_marker() for line in ends] == ["x" if row[1] == "lost" else "o" for row in rows]
+        assert [line.get_xdata()[0] for line in ends if line.get_marker() == "o"] == [
+            row[1] for row in rows if row[1] != "lost"
+        ]
+        assert made.axes[-1].get_xlim()[0] == 0.0
 
 
 # --- the promises

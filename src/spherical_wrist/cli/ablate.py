@@ -10,14 +10,19 @@ from typer import Argument
 from spherical_wrist.cli.options import (
     CONDITIONS,
     Changes,
+    Folder,
     Hardware,
     Jobs,
     Json,
+    Plots,
     Settings,
+    Tables,
+    Width,
     read_experiment,
     with_parameters,
 )
 from spherical_wrist.cli.progress import counting
+from spherical_wrist.cli.results import ResultFiles, result_files, write_results
 from spherical_wrist.cli.tables import Entry, fitted, print_json, printer, short
 
 
@@ -28,6 +33,10 @@ def command(
     changes: Changes,
     hardware: Hardware = None,
     set_: Settings = None,
+    output: Folder = None,
+    plot: Plots = None,
+    table: Tables = None,
+    width: Width = None,
     jobs: Jobs = None,
     json: Json = False,
 ) -> None:
@@ -37,34 +46,51 @@ def command(
     experiment, or of the one that the options describe: precision and chattering on realistic hardware, precision under
     slow, square and worst torques, and the delay that nobody knows of with which the loop stays calm.
 
+    With -o: ablation.json, .png, .svg, .pdf, .tex and .md.
+
     Exit code: 0 computed, 2 wrong input, 130 stopped by Ctrl-C.
     """
-    from spherical_wrist.comparison.ablation import FIGURES, WHOLE, ablation
+    from spherical_wrist.comparison.ablation import ablation
+    from spherical_wrist.comparison.ablation_picture import ablation_picture
+    from spherical_wrist.comparison.ablation_table import ablation_table, to_dict
     from spherical_wrist.comparison.law_selection import laws_from_texts
     from spherical_wrist.experiment.description import with_changes
+    from spherical_wrist.files import make_folder
 
     tables, every = read_experiment(None, hardware, changes, set_)
-    (whole,) = laws_from_texts([law], tables, every).values()
+    files = result_files(output, plot, table, width)
+    ((label, whole),) = laws_from_texts([law], tables, every).items()
     base = with_changes(tables, {name: value for name, value in every.items() if not name.startswith("law.")})
+    if output is not None:
+        make_folder(output)
     with counting("running") as progress:
-        found = ablation(whole, base, jobs=jobs, progress=progress)
+        found = to_dict(label, whole, ablation(whole, base, jobs=jobs, progress=progress))
+    write_results(files, "ablation", found, lambda width: ablation_picture(found, width), lambda: ablation_table(found))
     if json:
-        rows_of = [{"part": None if part == WHOLE else part, **figures} for part, figures in found.items()]
-        print_json({"law": law, "parameters": {p: dict(c) for p, c in whole.ablations.items()}, "rows": rows_of})
-        return
+        print_json(found)
+    else:
+        _print(found, files)
+
+
+def _print(table: dict[str, Any], files: ResultFiles) -> None:
+    from spherical_wrist.comparison.ablation import FIGURES
+    from spherical_wrist.comparison.ablation_table import MEANING
+
     console = printer()
     headings = ["without", *(f"{figure.label}\n[{figure.unit}]" for figure in FIGURES)]
+    whole = next(row for row in table["rows"] if row["part"] is None)
     rows: list[list[Entry]] = []
-    for part, figures in found.items():
-        entries: list[Entry] = [Text("(nothing)" if part == WHOLE else part)]
+    for row in table["rows"]:
+        entries: list[Entry] = [Text(row["part"] or "(nothing)")]
         for figure in FIGURES:
-            value, best = figures[figure.name], found[WHOLE][figure.name]
-            entries.append(Text("lost" if value is None else short(value), _style(value, best, figure.more)))
+            value = row[figure.name]
+            style = _style(value, whole[figure.name], figure.more)
+            entries.append(Text("lost" if value is None else short(value), style))
         rows.append(entries)
-    console.print(fitted(law, headings, rows, console.width))
-    meanings = "tip and chatter: realistic hardware; slow, worst, square: torques of 25 %; delay: unknown, at mass m."
-    console.print(Text(meanings, "dim"))
+    console.print(fitted(table["law"], headings, rows, console.width))
+    console.print(Text(MEANING, "dim"))
     console.print(Text("red: at least a quarter worse than the whole law. green: as much better.", "dim"))
+    files.say(", ".join(table["files"]))
 
 
 def _style(value: Any, whole: Any, more: bool) -> str:

@@ -52,7 +52,8 @@ class FigureOfMerit(NamedTuple):
 
     Attributes:
         name: key in JSON.
-        label: heading.
+        label: short heading, for the terminal.
+        title: heading of tables and pictures.
         unit: its unit.
         compute: function of a law and the bench that it is run on; None if a run was lost.
         more: more is better.
@@ -60,6 +61,7 @@ class FigureOfMerit(NamedTuple):
 
     name: str
     label: str
+    title: str
     unit: str
     compute: Callable[[Law, Bench], float | None]
     more: bool = False
@@ -116,13 +118,13 @@ def _delay(mass: float) -> Callable[[Law, Bench], float | None]:
 
 
 FIGURES = (
-    FigureOfMerit("realistic_tip_um", "tip,\nreal", "µm", _realistic),
-    FigureOfMerit("realistic_chattering", "chatter,\nreal", "×", _chattering),
-    FigureOfMerit("slow_error_rad", "slow\ntorque", "rad", _slow),
-    FigureOfMerit("worst_tip_um", "worst\ntorque", "µm", _peak("worst")),
-    FigureOfMerit("square_tip_um", "square\nwave", "µm", _peak("square")),
-    FigureOfMerit("light_delay_ms", "delay,\nm × 0.5", "ms", _delay(0.5), more=True),
-    FigureOfMerit("right_delay_ms", "delay,\nm × 1", "ms", _delay(1.0), more=True),
+    FigureOfMerit("realistic_tip_um", "tip,\nreal", "tip error, realistic", "µm", _realistic),
+    FigureOfMerit("realistic_chattering", "chatter,\nreal", "chattering, realistic", "×", _chattering),
+    FigureOfMerit("slow_error_rad", "slow\ntorque", "attitude error, slow torque", "rad", _slow),
+    FigureOfMerit("worst_tip_um", "worst\ntorque", "tip error, worst torque", "µm", _peak("worst")),
+    FigureOfMerit("square_tip_um", "square\nwave", "tip error, square torque", "µm", _peak("square")),
+    FigureOfMerit("light_delay_ms", "delay,\nm × 0.5", "delay, m × 0.5", "ms", _delay(0.5), more=True),
+    FigureOfMerit("right_delay_ms", "delay,\nm × 1", "delay, m × 1", "ms", _delay(1.0), more=True),
 )
 """Figures of an ablation.
 
@@ -131,6 +133,11 @@ error under constant and 1 Hz torques of 25 % at 0.75 to 1.25 of the mass; the l
 within 25 %, built for each law, and under a square wave; the largest delay of the samples that nobody knows of with
 which the loop stays calm.
 """
+
+
+def variant(part: str) -> str:
+    """Return the law without a part in words; the whole law for ``WHOLE``."""
+    return part if part == WHOLE else f"without {part}"
 
 
 def ablation(
@@ -168,7 +175,7 @@ def ablation(
         name, figure = item
         return figure.compute(variants[name], Bench(base or {}, worker))
 
-    found = Runner(jobs).map(compute, work, progress, lambda item: f"{item[1].name} of {item[0]}")
+    found = Runner(jobs).map(compute, work, progress, lambda item: f"{item[1].title}, {variant(item[0])}")
     table: dict[str, dict[str, Any]] = {name: {} for name in variants}
     for (name, figure), value in zip(work, found, strict=True):
         table[name][figure.name] = value
