@@ -7,6 +7,7 @@ from typing import NamedTuple
 from spherical_wrist.errors import RecordingError, WristError
 from spherical_wrist.inspection.difference import Difference, difference
 from spherical_wrist.loop.outcome import Status
+from spherical_wrist.measure.series import Series
 from spherical_wrist.recording.runs import load_recording
 from spherical_wrist.simulation.run import AGENT, Run
 from spherical_wrist.simulation.simulate import simulate
@@ -21,7 +22,7 @@ class Replay(NamedTuple):
     Attributes:
         recorded: what was recorded.
         again: result of the simulation here.
-        series: how the two differ.
+        series: how the two differ in the channels that are recorded; a newer version may log more.
         metrics: names of the metrics that differ in a bit.
         circumstances: versions, C library and processor that are not those of the recording: the one then, and the
             one now.
@@ -102,10 +103,11 @@ def replay(
         for what, version in recorded.versions.items()
         if version != again.versions.get(what)
     }
+    logged_then = Series(channels={name: rows for name, rows in again.channels.items() if name in recorded.channels})
     return Replay(
         recorded,
         again,
-        difference(recorded, again),
+        difference(recorded, logged_then),
         tuple(metric for metric in then if then[metric] != now[metric]),
         changed,
     )
