@@ -19,8 +19,9 @@ from spherical_wrist.compat.libmujoco import address_of
 ROOT = Path(spherical_wrist.__file__).parent
 LEVELS = (
     {
-        "errors", "channels", "colours", "consent", "plain_text", "picture_axes", "picture_file", "picture_style",
-        "missing_package", "result", "result_table", "seal", "so3", "stages", "versions", "package_files",
+        "arrays", "errors", "channels", "colours", "consent", "plain_text", "picture_axes", "picture_file",
+        "picture_style", "missing_package", "result", "result_table", "seal", "so3", "stages", "versions",
+        "package_files",
     },
     {"files", "folder_lock", "compat"},
     {"parameters", "user_file", "class_source", "wrist"},

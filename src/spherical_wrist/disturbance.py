@@ -8,13 +8,12 @@ from collections.abc import Callable
 from typing import Annotated, ClassVar, Self
 
 import numpy as np
-import numpy.typing as npt
 from pydantic import Field, model_validator
 
+from spherical_wrist.arrays import Array
 from spherical_wrist.errors import ParameterError
 from spherical_wrist.parameters import Member, NonNegative, Positive, Vector, quantity
 
-Array = npt.NDArray[np.float64]
 Torque = Callable[[Array], Array]
 """A torque [N·m] of shape (n, 3) as a function of times [s] of shape (n,)."""
 Frequency = Annotated[float, Field(ge=1e-3, le=1e4)]

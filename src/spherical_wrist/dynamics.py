@@ -7,7 +7,6 @@ functions of libmujoco, and ``model`` and ``data`` are addresses.
 from typing import Any, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 from mujoco import (
     mj_comPos,
     mj_flex,
@@ -18,9 +17,8 @@ from mujoco import (
     mj_tendon,
 )
 
+from spherical_wrist.arrays import Array
 from spherical_wrist.so3 import Quaternion, Vector3
-
-Array = npt.NDArray[np.float64]
 
 MOTION = np.dtype([("attitude", "f8", 4), ("rate", "f8", 3), ("acceleration", "f8", 3)], align=True)
 """Reference at one instant: attitude q_d, rate ω_d [rad/s] and acceleration ω̇_d [rad/s²], both in the desired frame."""

@@ -1,9 +1,8 @@
 """Forward kinematics: position of the tool tip from attitudes."""
 
 import numpy as np
-import numpy.typing as npt
 
-Array = npt.NDArray[np.float64]
+from spherical_wrist.arrays import Array
 
 
 def rotated(attitude: Array, vector: Array) -> Array:

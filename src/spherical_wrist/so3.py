@@ -10,7 +10,8 @@ from math import atan2, cos, sin, sqrt
 from typing import Any, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
+
+from spherical_wrist.arrays import Array
 
 Vector3 = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
@@ -110,9 +111,6 @@ def advance(q: Quaternion, rate: Vector3, acceleration: Vector3, time: float) ->
         rate[2] + time * acceleration[2],
     )
     return State(quaternion_product(q, quaternion_exp(mean)), reached)
-
-
-Array = npt.NDArray[np.float64]
 
 
 def rotation_vectors(attitudes: Array) -> Array:

@@ -16,11 +16,9 @@ from math import acos, cos, pi, sqrt
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from spherical_wrist.arrays import Array
 from spherical_wrist.so3 import Quaternion, Vector3, cross, rotate
-
-Array = npt.NDArray[np.float64]
 
 
 def coil_torque(attitude: Quaternion, direction: Vector3, order: int) -> Vector3:

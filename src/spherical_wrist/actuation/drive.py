@@ -5,14 +5,12 @@ from math import exp
 from typing import Any, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from spherical_wrist.actuation.cogging import cogging_torque
 from spherical_wrist.actuation.coils import allocate, coil_torque, condition, fill_map, gram, largest_torques
 from spherical_wrist.actuation.description import Actuation, SphericalMotor, spread
+from spherical_wrist.arrays import Array
 from spherical_wrist.so3 import Quaternion, Vector3, advance
-
-Array = npt.NDArray[np.float64]
 
 DRIVE = np.dtype(
     [

@@ -1,11 +1,9 @@
 """Share of the motors' limits that a torque takes."""
 
 import numpy as np
-import numpy.typing as npt
 
 from spherical_wrist.actuation.drive import Drive
-
-Array = npt.NDArray[np.float64]
+from spherical_wrist.arrays import Array
 
 
 def utilisation(drive: Drive, attitude: Array, torque: Array) -> Array:

@@ -11,13 +11,12 @@ from math import prod
 from typing import Any, Literal
 
 import numpy as np
-import numpy.typing as npt
 from scipy.stats import qmc
 
+from spherical_wrist.arrays import Array
 from spherical_wrist.campaign.distribution import Distribution
 from spherical_wrist.errors import ParameterError
 
-Array = npt.NDArray[np.float64]
 Vary = Mapping[str, Distribution]
 DesignName = Literal["grid", "latin_hypercube", "sobol", "random"]
 

@@ -431,12 +431,8 @@ def _print_kinds(known: Mapping[str, Kind]) -> None:
     for kind in known.values():
         table.add_row(kind.name, str(len(kind.entries())), kind.meaning)
     console.print(table)
-    notes = (
-        ("wrist list KIND", "the names"),
-        ("wrist list KIND NAME", "one of them, or your own: wrist list law my.py:Law"),
-    )
     console.print()
-    for usage, meaning in (*notes, ("wrist list all", "everything, with units and defaults")):
+    for usage, meaning in USAGES:
         console.print(Text.assemble((f"{usage:22}", "dim"), (meaning, "dim")))
 
 

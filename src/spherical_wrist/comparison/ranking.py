@@ -11,9 +11,8 @@ from math import exp, inf, log, sqrt
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
-Array = npt.NDArray[np.float64]
+from spherical_wrist.arrays import Array
 
 SMALLEST = 1e-12
 """Error [rad] below which laws are equally good: about the rounding error of an attitude."""

@@ -9,11 +9,11 @@ from typing import ClassVar, NamedTuple
 
 import numpy as np
 
+from spherical_wrist.arrays import Array
 from spherical_wrist.comparison.cases import FAULTY, IDEAL, Case, group_of
 from spherical_wrist.comparison.law_selection import Laws
 from spherical_wrist.comparison.ranking import (
     CLOSE,
-    Array,
     Interval,
     combined_error,
     geometric_mean,

@@ -8,7 +8,6 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from spherical_wrist.control import Law
 from spherical_wrist.errors import LawError, ParameterError
@@ -24,7 +23,6 @@ from spherical_wrist.simulation.runner import Worker
 from spherical_wrist.stability.frequency_response import frequencies
 from spherical_wrist.stability.loop_margins import LoopMargins, loop_margins
 
-Array = npt.NDArray[np.float64]
 Changes = Mapping[str, Any]
 
 MASSES = (0.5, 1.0, 1.5)

@@ -22,6 +22,7 @@ from typing import Any, ClassVar, NamedTuple, Self
 import numpy as np
 import numpy.typing as npt
 
+from spherical_wrist.arrays import Array
 from spherical_wrist.control import Law
 from spherical_wrist.control.contract import Command, ModelBasedLaw, Signal
 from spherical_wrist.errors import ParameterError, UnknownNameError, WristError
@@ -29,7 +30,6 @@ from spherical_wrist.parameters import Vector, quantity
 from spherical_wrist.tuning.ranges import tunable
 from spherical_wrist.wrist import Wrist
 
-Array = npt.NDArray[np.float64]
 SPACES = ("torque", "gains")
 
 

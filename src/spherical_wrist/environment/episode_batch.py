@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from spherical_wrist.arrays import Array
 from spherical_wrist.compat.libmujoco import warnings_kept_in_data
 from spherical_wrist.environment.episode_rollout import EpisodeRollout
 from spherical_wrist.environment.observation import MEASURED_SIZE
@@ -22,8 +23,6 @@ from spherical_wrist.loop.rollout import UNFINISHED
 from spherical_wrist.prepare.cache import Models, RunCache
 from spherical_wrist.prepare.nominal import NominalModel
 from spherical_wrist.prepare.plant import PlantModel
-
-Array = npt.NDArray[np.float64]
 
 
 class EpisodeBatch:

@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from spherical_wrist.arrays import Array
 from spherical_wrist.environment.step import EPISODE_RECORD
 from spherical_wrist.environment.task import Task
 from spherical_wrist.errors import ParameterError
@@ -21,8 +22,6 @@ from spherical_wrist.prepare.cache import Models, RunCache
 from spherical_wrist.prepare.closed_loop import prepare
 from spherical_wrist.simulation.metric_accumulator import MetricAccumulator
 from spherical_wrist.simulation.run import AGENT, Run, circumstances
-
-Array = npt.NDArray[np.float64]
 
 INPUT_CHUNK = 512
 """Control periods whose inputs are sampled together. Chunks bound the memory of an episode of any duration."""

@@ -3,6 +3,7 @@
 import numpy as np
 import numpy.typing as npt
 
+from spherical_wrist.arrays import Array
 from spherical_wrist.film.camera import default_camera
 from spherical_wrist.film.scene import SceneRenderer
 from spherical_wrist.so3 import quaternion_exp, quaternion_product
@@ -12,8 +13,6 @@ SIZE = (640, 480)
 """Width and height of the images [px]."""
 
 GHOST = (20 / 255, 190 / 255, 110 / 255)
-
-Array = npt.NDArray[np.float64]
 
 
 class EnvironmentRenderer:

@@ -12,14 +12,13 @@ from gymnasium.error import ResetNeeded
 from gymnasium.spaces import Space
 from gymnasium.utils import EzPickle
 
+from spherical_wrist.arrays import Array
 from spherical_wrist.environment.episode_batch import EpisodeBatch
 from spherical_wrist.environment.rendering import EnvironmentRenderer
 from spherical_wrist.environment.spaces import action_space, check_options, observation_space, render_mode_of
 from spherical_wrist.environment.task import Task, refuse_others
 from spherical_wrist.experiment.description import Experiment
 from spherical_wrist.simulation.run import Run
-
-Array = npt.NDArray[np.float64]
 
 RENDER_MODES = ["rgb_array"]
 

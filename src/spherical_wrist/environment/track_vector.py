@@ -12,6 +12,7 @@ from gymnasium.utils import EzPickle, seeding
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
+from spherical_wrist.arrays import Array
 from spherical_wrist.environment.episode_batch import EpisodeBatch
 from spherical_wrist.environment.spaces import (
     action_space,
@@ -24,7 +25,6 @@ from spherical_wrist.environment.spaces import (
 from spherical_wrist.environment.task import Task, refuse_others
 from spherical_wrist.experiment.description import Experiment
 
-Array = npt.NDArray[np.float64]
 BoolArray = npt.NDArray[np.bool_]
 
 

@@ -4,10 +4,11 @@ from typing import Self
 
 import numpy as np
 
+from spherical_wrist.arrays import Array
 from spherical_wrist.colours import ACTUAL, DESIRED, rgb
 from spherical_wrist.film.camera import default_camera
 from spherical_wrist.film.caption import Caption, Colour, Style
-from spherical_wrist.film.motion import Array, Motion
+from spherical_wrist.film.motion import Motion
 from spherical_wrist.film.opengl import Picture
 from spherical_wrist.film.scene import SceneRenderer, Trail
 from spherical_wrist.film.settings import FilmSettings

@@ -6,10 +6,9 @@ import numpy as np
 import numpy.typing as npt
 from scipy.spatial.transform import Rotation
 
+from spherical_wrist.arrays import Array
 from spherical_wrist.errors import RecordingError
 from spherical_wrist.measure.series import Series
-
-Array = npt.NDArray[np.float64]
 
 FAR = 1e6
 """Largest distance of a tool tip that is shown [m]; runs that diverge have larger ones."""

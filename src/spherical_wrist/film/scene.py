@@ -6,14 +6,12 @@ from typing import NamedTuple, Self
 
 import mujoco
 import numpy as np
-import numpy.typing as npt
 
+from spherical_wrist.arrays import Array
 from spherical_wrist.film.camera import find_camera, widen
 from spherical_wrist.film.dressing import dressed_model
 from spherical_wrist.film.opengl import Picture, Renderer
 from spherical_wrist.wrist import Wrist
-
-Array = npt.NDArray[np.float64]
 
 GEOM, CATEGORY = mujoco.mjtGeom, mujoco.mjtCatBit
 

@@ -7,8 +7,9 @@ from typing import Annotated, Any
 import numpy as np
 from pydantic import BeforeValidator, Field
 
+from spherical_wrist.arrays import Array
 from spherical_wrist.errors import ParameterError
-from spherical_wrist.film.motion import Array, Motion
+from spherical_wrist.film.motion import Motion
 from spherical_wrist.parameters import NonNegative, Parameters, Positive, quantity
 
 SMALLEST, LARGEST = 64, 8192

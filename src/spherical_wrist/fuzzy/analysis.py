@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from spherical_wrist.arrays import Array
 from spherical_wrist.errors import ParameterError, UnknownNameError
-from spherical_wrist.fuzzy.antecedent import Array
 from spherical_wrist.fuzzy.rules import Inference
 from spherical_wrist.fuzzy.variable import Variable
 

@@ -19,9 +19,9 @@ from functools import reduce
 from typing import Literal, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
-Array = npt.NDArray[np.float64]
+from spherical_wrist.arrays import Array
+
 Degrees = Mapping[str, Mapping[str, Array]]
 """Degrees of membership, keyed by variable and value."""
 

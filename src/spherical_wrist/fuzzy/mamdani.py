@@ -22,8 +22,8 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
+from spherical_wrist.arrays import Array
 from spherical_wrist.errors import ParameterError, UnknownNameError
-from spherical_wrist.fuzzy.antecedent import Array
 from spherical_wrist.fuzzy.rules import RuleBase
 from spherical_wrist.fuzzy.variable import Variable
 

@@ -6,10 +6,10 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import model_validator
 
+from spherical_wrist.arrays import Array
 from spherical_wrist.errors import ParameterError
 from spherical_wrist.parameters import Parameters, Positive
 
-Array = npt.NDArray[np.float64]
 Shape = Literal["triangular", "trapezoidal", "bell", "gaussian"]
 
 

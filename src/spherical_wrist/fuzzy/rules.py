@@ -7,13 +7,13 @@ from typing import NamedTuple, Protocol
 import numpy as np
 import numpy.typing as npt
 
+from spherical_wrist.arrays import Array
 from spherical_wrist.errors import ParameterError, UnknownNameError
 from spherical_wrist.fuzzy.antecedent import (
     CONJUNCTIONS,
     DISJUNCTIONS,
     And,
     Antecedent,
-    Array,
     Conjunction,
     Disjunction,
     Norms,

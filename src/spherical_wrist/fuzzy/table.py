@@ -8,8 +8,8 @@ a positive output.
 
 import numpy as np
 
+from spherical_wrist.arrays import Array
 from spherical_wrist.errors import ParameterError
-from spherical_wrist.fuzzy.antecedent import Array
 from spherical_wrist.fuzzy.rules import Inference
 
 GRID = (193, 97)

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from spherical_wrist.arrays import Array
 from spherical_wrist.errors import ParameterError
-from spherical_wrist.fuzzy.antecedent import Array
 from spherical_wrist.fuzzy.rules import Linear, RuleBase
 
 

@@ -5,8 +5,9 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
+from spherical_wrist.arrays import Array
 from spherical_wrist.errors import ParameterError
-from spherical_wrist.fuzzy.antecedent import Array, Conjunction
+from spherical_wrist.fuzzy.antecedent import Conjunction
 from spherical_wrist.fuzzy.mamdani import Aggregation, Defuzzification, Mamdani
 from spherical_wrist.fuzzy.membership import Shape, around
 from spherical_wrist.fuzzy.rules import Linear, RuleBase

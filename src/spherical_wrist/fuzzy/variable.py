@@ -7,9 +7,10 @@ from types import MappingProxyType
 import numpy as np
 import numpy.typing as npt
 
+from spherical_wrist.arrays import Array
 from spherical_wrist.errors import ParameterError, UnknownNameError
 from spherical_wrist.fuzzy.antecedent import Is
-from spherical_wrist.fuzzy.membership import Array, Membership, Shape, around
+from spherical_wrist.fuzzy.membership import Membership, Shape, around
 
 ERROR_VALUES = ("NB", "NM", "NS", "Z", "PS", "PM", "PB")
 """Linguistic values of the error in the paper: negative big, medium, small, zero, positive small, medium, big."""

@@ -3,12 +3,8 @@
 from collections.abc import Iterator
 from typing import NamedTuple
 
-import numpy as np
-import numpy.typing as npt
-
+from spherical_wrist.arrays import Array
 from spherical_wrist.measure.series import Series
-
-Array = npt.NDArray[np.float64]
 
 _PLAIN = str.maketrans({"·": "_", "²": "2", "³": "3", "Ω": "Ohm", "µ": "u", "°": "deg", "%": "percent", " ": "_"})
 

@@ -3,7 +3,7 @@
 import numpy as np
 import numpy.typing as npt
 
-Array = npt.NDArray[np.float64]
+from spherical_wrist.arrays import Array
 
 BINS = 500
 """Pieces into which a curve of more points is cut: about as many as a panel has pixels."""

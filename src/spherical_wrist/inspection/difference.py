@@ -10,11 +10,11 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from spherical_wrist.arrays import Array
 from spherical_wrist.channels import CHANNELS, Channel
 from spherical_wrist.inspection.instants import Common, common_instants
 from spherical_wrist.measure.series import Series
 
-Array = npt.NDArray[np.float64]
 Flags = npt.NDArray[np.bool_]
 
 

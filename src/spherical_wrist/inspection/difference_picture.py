@@ -5,10 +5,10 @@ from typing import Any
 
 import matplotlib as mpl
 import numpy as np
-import numpy.typing as npt
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from spherical_wrist.arrays import Array
 from spherical_wrist.colours import SIZES
 from spherical_wrist.inspection.difference import Difference, sizes
 from spherical_wrist.inspection.drawing import INK, MARK, STYLE, figure, fit_decades, line
@@ -17,8 +17,6 @@ from spherical_wrist.measure.series import Series
 from spherical_wrist.picture_axes import wrapped
 from spherical_wrist.picture_style import FOR_ONE_COLUMN, LARGE, TEXT, WIDTHS
 from spherical_wrist.plain_text import literal
-
-Array = npt.NDArray[np.float64]
 
 
 def difference_picture(

@@ -3,18 +3,16 @@
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 from matplotlib.axes import Axes
 from matplotlib.ticker import Locator, LogLocator, MaxNLocator, NullFormatter
 
+from spherical_wrist.arrays import Array
 from spherical_wrist.colours import AXES, PURPLE, YELLOW
 from spherical_wrist.colours import INK as TEXT_COLOUR
 from spherical_wrist.inspection.curves import BINS, drawable, telling_rows, view
 from spherical_wrist.picture_axes import text_width
 from spherical_wrist.picture_style import SMALL, TEXT
 from spherical_wrist.picture_style import STYLE as COMMON
-
-Array = npt.NDArray[np.float64]
 
 INK, MARK, LAYER = TEXT_COLOUR, PURPLE, YELLOW
 """Of text, of a run that ended before its time, and of the boundary layer."""

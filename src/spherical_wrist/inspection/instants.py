@@ -5,7 +5,8 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-Array = npt.NDArray[np.float64]
+from spherical_wrist.arrays import Array
+
 Rows = npt.NDArray[np.intp] | slice
 
 _RESOLUTION = 1e-9

@@ -5,9 +5,9 @@ from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 from matplotlib.axes import Axes
 
+from spherical_wrist.arrays import Array
 from spherical_wrist.channels import XYZ, Place
 from spherical_wrist.colours import AXES, GREY, ORANGE, of_components
 from spherical_wrist.inspection.curves import BINS, drawable, with_gaps
@@ -16,7 +16,6 @@ from spherical_wrist.measure.series import Plot, in_place
 from spherical_wrist.simulation.run import Run
 from spherical_wrist.so3 import rotation_vectors
 
-Array = npt.NDArray[np.float64]
 Panel = Callable[[Axes], None]
 WIDE: dict[str, Any] = {"linewidth": 3.2, "alpha": 0.28, "marker": "", "solid_capstyle": "butt"}
 """Of a curve that lies behind another one."""

@@ -7,13 +7,12 @@ import numpy as np
 import numpy.typing as npt
 from matplotlib.axes import Axes
 
+from spherical_wrist.arrays import Array
 from spherical_wrist.channels import XYZ
 from spherical_wrist.colours import AXES
 from spherical_wrist.inspection.curves import drawable, telling_rows, view, with_gaps
 from spherical_wrist.inspection.drawing import FEW, INK, LAYER, figure, name, note
 from spherical_wrist.simulation.run import Run
-
-Array = npt.NDArray[np.float64]
 
 
 class Surface(NamedTuple):

@@ -5,19 +5,17 @@ from typing import NamedTuple
 
 import matplotlib as mpl
 import numpy as np
-import numpy.typing as npt
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from spherical_wrist.arrays import Array
 from spherical_wrist.colours import GREY, INK
 from spherical_wrist.inspection.curves import drawable
 from spherical_wrist.picture_axes import logarithmic, text_width, wrapped
 from spherical_wrist.picture_style import FOR_ONE_COLUMN, SMALL, STYLE, TEXT, WIDTHS, LawLook, law_looks
 from spherical_wrist.plain_text import literal
 from spherical_wrist.simulation.run import Run
-
-Array = npt.NDArray[np.float64]
 
 HEIGHT, BETWEEN = 1.25, 0.28
 """Height of a panel, and space between panels, with the title of the lower one [in]."""

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from spherical_wrist.dynamics import Array
+from spherical_wrist.arrays import Array
 
 CONSTRAINTS = np.dtype(
     [("friction", "f8", 3), ("count", "i8"), ("stride", "i8"), ("kept", "i8"), ("largest", "f8")], align=True

@@ -6,13 +6,12 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from spherical_wrist.arrays import Array
 from spherical_wrist.compat.libmujoco import address_of
 from spherical_wrist.control.contract import Law
 from spherical_wrist.dynamics import inverse_dynamics
 from spherical_wrist.loop import compiler
 from spherical_wrist.measure.metrics import accumulate
-
-Array = npt.NDArray[np.float64]
 
 
 class Engine(NamedTuple):

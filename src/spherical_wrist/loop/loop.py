@@ -12,7 +12,8 @@ from mujoco import mj_step
 
 from spherical_wrist import channels
 from spherical_wrist.actuation.drive import Drive, aim, motor_torque, set_torque_command, step_motors
-from spherical_wrist.dynamics import Array, Nominal
+from spherical_wrist.arrays import Array
+from spherical_wrist.dynamics import Nominal
 from spherical_wrist.loop.constraints import Constraints, note_constraints
 from spherical_wrist.loop.instant import write_errors, write_model
 from spherical_wrist.sensing.measure import Sensor, measure

@@ -10,8 +10,9 @@ import numpy as np
 import numpy.typing as npt
 
 from spherical_wrist.actuation.drive import DRIVE, Drive
+from spherical_wrist.arrays import Array
 from spherical_wrist.control.contract import COMMAND, SIGNAL
-from spherical_wrist.dynamics import MOTION, Array, Nominal
+from spherical_wrist.dynamics import MOTION, Nominal
 from spherical_wrist.loop.addresses import (
     ARRAY,
     array_address,

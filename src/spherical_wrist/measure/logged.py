@@ -4,18 +4,16 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any, NamedTuple, Self
 
-import numpy as np
 import numpy.typing as npt
 
 from spherical_wrist.actuation import Actuation, SphericalMotor
+from spherical_wrist.arrays import Array
 from spherical_wrist.channels import CHANNELS, Channel, Condition
 from spherical_wrist.control.contract import Law
 from spherical_wrist.kinematics import tip_position
 from spherical_wrist.measure.series import Series
 from spherical_wrist.sensing import Sensing
 from spherical_wrist.wrist import Wrist
-
-Array = npt.NDArray[np.float64]
 
 
 class Logged(NamedTuple):

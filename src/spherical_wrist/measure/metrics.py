@@ -17,11 +17,9 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 import numpy.typing as npt
 
+from spherical_wrist.arrays import Array
 from spherical_wrist.measure.bound import BOUND
 from spherical_wrist.so3 import Vector3, cross, rotate
-
-Array = npt.NDArray[np.float64]
-
 
 # --- the arithmetic ---------------------------------------------------------------------------------------------------
 

@@ -6,12 +6,10 @@ from itertools import groupby
 from typing import NamedTuple, Self
 
 import numpy as np
-import numpy.typing as npt
 
+from spherical_wrist.arrays import Array
 from spherical_wrist.channels import CHANNELS, XYZ, Channel, Condition, Effect, Place
 from spherical_wrist.so3 import attitude_errors
-
-Array = npt.NDArray[np.float64]
 
 
 class Plot(NamedTuple):

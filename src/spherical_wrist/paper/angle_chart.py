@@ -14,12 +14,10 @@ attitude are those of the body frame.
 """
 
 import numpy as np
-import numpy.typing as npt
 from scipy.spatial.transform import Rotation
 
+from spherical_wrist.arrays import Array
 from spherical_wrist.errors import WristError
-
-Array = npt.NDArray[np.float64]
 
 SINGULAR = 1e-12
 """|cos β| below which an attitude counts as singular: the rounding noise of an attitude in double precision."""

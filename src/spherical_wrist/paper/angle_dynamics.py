@@ -21,8 +21,8 @@ from dataclasses import dataclass
 
 import mujoco
 import numpy as np
-import numpy.typing as npt
 
+from spherical_wrist.arrays import Array
 from spherical_wrist.errors import ModelError
 from spherical_wrist.paper.angle_chart import (
     angle_accelerations,
@@ -35,8 +35,6 @@ from spherical_wrist.paper.angle_chart import (
     require_regular,
 )
 from spherical_wrist.wrist import Wrist
-
-Array = npt.NDArray[np.float64]
 
 LARGEST_CONDITION = 1e3
 """Largest condition number of E for eq. (2): |β| up to 2·10⁻³ rad (0.11°) below π/2.

@@ -21,14 +21,12 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 from scipy.spatial.transform import Rotation
 
+from spherical_wrist.arrays import Array
 from spherical_wrist.errors import ParameterError
 from spherical_wrist.paper.angle_chart import stacked
 from spherical_wrist.wrist import Wrist
-
-Array = npt.NDArray[np.float64]
 
 QUARTER = 0.5 * np.pi
 

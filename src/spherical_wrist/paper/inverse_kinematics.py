@@ -16,14 +16,12 @@ import itertools
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 from scipy.spatial.transform import Rotation
 
+from spherical_wrist.arrays import Array
 from spherical_wrist.errors import ParameterError
 from spherical_wrist.paper.angle_chart import SINGULAR, angles_of_attitude, matrix_of_angles, other_family
 from spherical_wrist.paper.denavit_hartenberg import Chain
-
-Array = npt.NDArray[np.float64]
 
 TURN = 2.0 * np.pi
 

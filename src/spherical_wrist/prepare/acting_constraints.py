@@ -6,13 +6,12 @@ from typing import Any, NamedTuple
 
 import mujoco
 import numpy as np
-import numpy.typing as npt
 
+from spherical_wrist.arrays import Array
 from spherical_wrist.compat.libmujoco import warnings_kept_in_data
 from spherical_wrist.loop.constraints import CONSTRAINTS, STATE, STATES, Constraints
 from spherical_wrist.wrist import name_of
 
-Array = npt.NDArray[np.float64]
 Key = tuple[int, ...]
 KIND, OBJECT, OFF = mujoco.mjtConstraint, mujoco.mjtObj, mujoco.mjtDisableBit
 FRICTION = {int(KIND.mjCNSTR_FRICTION_DOF), int(KIND.mjCNSTR_FRICTION_TENDON)}

@@ -13,6 +13,7 @@ import mujoco
 import numpy as np
 import numpy.typing as npt
 
+from spherical_wrist.arrays import Array
 from spherical_wrist.control.contract import Law
 from spherical_wrist.experiment.perturbation import Perturbation
 from spherical_wrist.experiment.timing import Timing
@@ -25,7 +26,6 @@ from spherical_wrist.prepare.plant import PlantModel
 from spherical_wrist.stages import stage
 from spherical_wrist.wrist import Wrist, WristFile, default_model, model_files
 
-Array = npt.NDArray[np.float64]
 Value = TypeVar("Value")
 
 CACHE_SIZE = 16

@@ -9,6 +9,7 @@ import numpy.typing as npt
 from spherical_wrist.actuation import Actuation
 from spherical_wrist.actuation import Ideal as IdealActuation
 from spherical_wrist.actuation.drive import Drive, aim, drive_of
+from spherical_wrist.arrays import Array
 from spherical_wrist.compat.libmujoco import drop_step_timer
 from spherical_wrist.control.contract import COMMAND, SIGNAL, Law
 from spherical_wrist.disturbance import Torque
@@ -34,8 +35,6 @@ from spherical_wrist.sensing.measure import sensor_of
 from spherical_wrist.sensing.samples import Samples
 from spherical_wrist.so3 import quaternion_exp, quaternion_product, relative_attitude, rotate
 from spherical_wrist.wrist import Wrist
-
-Array = npt.NDArray[np.float64]
 
 RATE_LIMIT = 1000.0
 """Rate [rad/s] above which a run has diverged: one radian per millisecond, far beyond any wrist."""

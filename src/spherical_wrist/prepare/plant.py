@@ -19,15 +19,13 @@ from typing import NamedTuple, Self
 
 import mujoco
 import numpy as np
-import numpy.typing as npt
 
+from spherical_wrist.arrays import Array
 from spherical_wrist.errors import ModelError
 from spherical_wrist.experiment.description import Experiment
 from spherical_wrist.experiment.perturbation import Perturbation
 from spherical_wrist.prepare.physics import disable_unused_stages, loop_model, try_step
 from spherical_wrist.wrist import Wrist
-
-Array = npt.NDArray[np.float64]
 
 PAYLOAD_DENSITY = 2000.0
 """Density [kg/m³] of the sphere that shows a payload. Its dynamics are those of a point mass."""

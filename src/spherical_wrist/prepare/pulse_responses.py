@@ -20,6 +20,7 @@ import mujoco
 import numpy as np
 import numpy.typing as npt
 
+from spherical_wrist.arrays import Array
 from spherical_wrist.compat.libmujoco import warnings_kept_in_data
 from spherical_wrist.dynamics import MOTION
 from spherical_wrist.errors import ParameterError
@@ -34,7 +35,6 @@ from spherical_wrist.prepare.closed_loop import ClosedLoop
 from spherical_wrist.sensing.measure import sensor_of
 from spherical_wrist.sensing.samples import SAMPLE
 
-Array = npt.NDArray[np.float64]
 Responses = TypeVar("Responses", "TorqueResponses", "SensorResponses")
 
 SETTLING = 6.0

@@ -10,6 +10,7 @@ from typing import Any, TypeVar
 import numpy as np
 import numpy.typing as npt
 
+from spherical_wrist.arrays import Array
 from spherical_wrist.control.contract import COMMAND, Law
 from spherical_wrist.disturbance import Disturbance, Torque
 from spherical_wrist.dynamics import MOTION
@@ -19,7 +20,6 @@ from spherical_wrist.parameters import Member
 from spherical_wrist.prepare.inputs import Motion
 from spherical_wrist.reference import Reference
 
-Array = npt.NDArray[np.float64]
 Given = TypeVar("Given")
 
 INSTANTS, SPACING = 64, 1e-4

@@ -14,14 +14,12 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from spherical_wrist.arrays import Array
 from spherical_wrist.disturbance import GRACE, Constant, Torque
 from spherical_wrist.experiment.description import Experiment
 from spherical_wrist.prepare.cache import RunCache
 from spherical_wrist.prepare.pulse_responses import SettledLoop
-
-Array = npt.NDArray[np.float64]
 
 ATTAINED = 0.999
 """Part of the gain that a waveform attains, which is cut off before that."""

@@ -4,15 +4,13 @@ from collections.abc import Iterable
 from colorsys import hsv_to_rgb
 
 import numpy as np
-import numpy.typing as npt
 import rerun as rr
 
+from spherical_wrist.arrays import Array
 from spherical_wrist.colours import ORANGE, PALE, of_components, rgb
 from spherical_wrist.measure.series import Plot, Series
 from spherical_wrist.recording.layout import SERIES, TIP_PLOT, plot_entity
 from spherical_wrist.recording.scene import timeline
-
-Array = npt.NDArray[np.float64]
 
 AGGREGATION = rr.components.AggregationPolicy
 DRAWN_IN_FULL = 20_000

@@ -12,13 +12,13 @@ import numpy.typing as npt
 import pyarrow as pa
 from rerun.chunk import RrdReader
 
+from spherical_wrist.arrays import Array
 from spherical_wrist.channels import CHANNELS, Channel, Condition, channel_of
 from spherical_wrist.errors import RecordingError, one_line
 from spherical_wrist.measure.series import Series
 from spherical_wrist.recording.layout import ABOUT, APPLICATION, ARCHIVE, FORMAT, SERIES, TIMELINE, ZIP, plot_entity
 from spherical_wrist.recording.seal import check_seal
 
-Array = npt.NDArray[np.float64]
 Table = Mapping[str, npt.NDArray[Any]]
 
 

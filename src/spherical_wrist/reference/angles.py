@@ -5,8 +5,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from spherical_wrist.arrays import Array
 from spherical_wrist.parameters import NonNegative, NonNegativeVector, Vector, quantity
-from spherical_wrist.reference.base import Array, Reference, motion_of
+from spherical_wrist.reference.base import Reference, motion_of
 
 
 def motion_of_angles(angles: Array, rates: Array, accelerations: Array) -> npt.NDArray[Any]:

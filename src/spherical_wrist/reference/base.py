@@ -8,10 +8,9 @@ from typing import Any, ClassVar, Self
 import numpy as np
 import numpy.typing as npt
 
+from spherical_wrist.arrays import Array
 from spherical_wrist.errors import ParameterError
 from spherical_wrist.parameters import Member
-
-Array = npt.NDArray[np.float64]
 
 
 class Reference(Member):

@@ -7,8 +7,9 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
+from spherical_wrist.arrays import Array
 from spherical_wrist.parameters import NonNegative, Positive, quantity
-from spherical_wrist.reference.base import Array, Reference
+from spherical_wrist.reference.base import Reference
 from spherical_wrist.reference.curve import motion_of_curve
 from spherical_wrist.reference.heart_rhythm import sinus_rhythm, variability, with_premature_beats
 from spherical_wrist.reference.jet import Jet, wave

@@ -6,9 +6,10 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import Field
 
+from spherical_wrist.arrays import Array
 from spherical_wrist.parameters import NonNegativeVector, Positive, Vector, quantity
 from spherical_wrist.reference.angles import motion_of_angles
-from spherical_wrist.reference.base import Array, Reference
+from spherical_wrist.reference.base import Reference
 from spherical_wrist.reference.jet import Jet
 
 Frequency = Annotated[float, Field(ge=1e-3, le=1e3)]

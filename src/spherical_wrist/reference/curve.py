@@ -5,7 +5,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from spherical_wrist.reference.base import Array, motion_of
+from spherical_wrist.arrays import Array
+from spherical_wrist.reference.base import motion_of
 
 
 def motion_of_curve(curve: Array, first: Array, second: Array) -> npt.NDArray[Any]:

@@ -3,12 +3,10 @@
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from spherical_wrist.arrays import Array
 from spherical_wrist.reference.jet import Jet
 from spherical_wrist.reference.minimum_jerk import minimum_jerk
-
-Array = npt.NDArray[np.float64]
 
 LOW_BAND = (0.04, 0.15)
 HIGH_BAND = (0.15, 0.40)

@@ -5,8 +5,9 @@ from typing import BinaryIO, Literal
 
 import numpy as np
 
+from spherical_wrist.arrays import Array
 from spherical_wrist.errors import one_line
-from spherical_wrist.reference.recorded_rows import Array, RowError
+from spherical_wrist.reference.recorded_rows import RowError
 
 Arm = Literal["slave_right", "slave_left", "master_right", "master_left"]
 

@@ -3,9 +3,8 @@
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
-Array = npt.NDArray[np.float64]
+from spherical_wrist.arrays import Array
 
 
 class Way(NamedTuple):

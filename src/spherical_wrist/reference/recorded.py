@@ -11,10 +11,11 @@ from typing import Annotated, Any, ClassVar, Self
 import numpy.typing as npt
 from pydantic import AfterValidator, BeforeValidator
 
+from spherical_wrist.arrays import Array
 from spherical_wrist.errors import ParameterError
 from spherical_wrist.package_files import named_file
 from spherical_wrist.parameters import NonNegative, Positive, quantity
-from spherical_wrist.reference.base import Array, Reference
+from spherical_wrist.reference.base import Reference
 from spherical_wrist.reference.jigsaws import Arm
 from spherical_wrist.reference.recorded_columns import TimeUnit, read_columns
 from spherical_wrist.reference.recorded_curve import After, Curve, curve_of, spline_of

@@ -5,8 +5,9 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from spherical_wrist.arrays import Array
 from spherical_wrist.reference.curve import motion_of_curve
-from spherical_wrist.reference.recorded_rows import Array, RowError, Track
+from spherical_wrist.reference.recorded_rows import RowError, Track
 
 if TYPE_CHECKING:
     from scipy.interpolate import CubicSpline, PPoly

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from spherical_wrist.arrays import Array
 from spherical_wrist.errors import ParameterError, one_line
 from spherical_wrist.files import note_input
 from spherical_wrist.reference import jigsaws
@@ -23,7 +24,6 @@ from spherical_wrist.reference.recorded_columns import (
 from spherical_wrist.reference.recorded_rows import (
     LAST_ROW,
     UNIT_NAMES,
-    Array,
     RowError,
     Stamps,
     Track,

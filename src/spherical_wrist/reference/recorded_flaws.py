@@ -10,10 +10,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from spherical_wrist.arrays import Array
 from spherical_wrist.reference.curve import motion_of_curve
 from spherical_wrist.reference.recorded_curve import relative, spline_of
 from spherical_wrist.reference.recorded_file import Recording
-from spherical_wrist.reference.recorded_rows import FEWEST, Array, RowError, Track, angles_between
+from spherical_wrist.reference.recorded_rows import FEWEST, RowError, Track, angles_between
 
 if TYPE_CHECKING:
     from scipy.interpolate import CubicSpline

@@ -5,9 +5,9 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from spherical_wrist.arrays import Array
 from spherical_wrist.errors import ParameterError
 
-Array = npt.NDArray[np.float64]
 Numbers = npt.NDArray[Any]
 
 LAST_ROW = 1_000_000

@@ -5,8 +5,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from spherical_wrist.arrays import Array
 from spherical_wrist.parameters import NonNegative, Positive, Vector, quantity
-from spherical_wrist.reference.base import Array, Reference, motion_of
+from spherical_wrist.reference.base import Reference, motion_of
 from spherical_wrist.reference.minimum_jerk import minimum_jerk
 
 

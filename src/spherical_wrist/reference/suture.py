@@ -6,8 +6,9 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import AfterValidator
 
+from spherical_wrist.arrays import Array
 from spherical_wrist.parameters import NonNegative, Positive, Vector, quantity
-from spherical_wrist.reference.base import Array, Reference, motion_of
+from spherical_wrist.reference.base import Reference, motion_of
 from spherical_wrist.reference.minimum_jerk import minimum_jerk
 from spherical_wrist.reference.slew import quaternion_of_vectors
 

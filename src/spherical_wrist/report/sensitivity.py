@@ -4,14 +4,12 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 from scipy import stats
 
+from spherical_wrist.arrays import Array
 from spherical_wrist.campaign.store import Column
 from spherical_wrist.report.intervals import CONFIDENCE, NOTHING, Correlation, Interval, rank_correlation
 from spherical_wrist.report.table import Table, quoted
-
-Array = npt.NDArray[np.float64]
 
 MOST_BINS, BLOCKS = 64, 20
 """Bins at most, and blocks of samples that are left out in turn."""

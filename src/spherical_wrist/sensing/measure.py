@@ -4,13 +4,11 @@ from math import ceil
 from typing import Any, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from spherical_wrist.arrays import Array
 from spherical_wrist.sensing.description import Sensing
 from spherical_wrist.so3 import Quaternion, Vector3, quaternion_exp, quaternion_log, quaternion_product
 from spherical_wrist.so3 import relative_attitude as relative
-
-Array = npt.NDArray[np.float64]
 
 SENSOR = np.dtype(
     [

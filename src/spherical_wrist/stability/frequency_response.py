@@ -12,7 +12,8 @@ So L = S⁻¹ − I is known without opening the loop.
 import numpy as np
 import numpy.typing as npt
 
-Array = npt.NDArray[np.float64]
+from spherical_wrist.arrays import Array
+
 Complex = npt.NDArray[np.complex128]
 
 POINTS = 400

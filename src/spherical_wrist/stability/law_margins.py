@@ -6,8 +6,8 @@ from math import isfinite
 from typing import Any, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from spherical_wrist.arrays import Array
 from spherical_wrist.comparison.law_selection import Laws
 from spherical_wrist.errors import ParameterError
 from spherical_wrist.experiment.description import Experiment, with_changes
@@ -23,8 +23,6 @@ from spherical_wrist.stability.frequency_response import (
 )
 from spherical_wrist.stability.loop_margins import LoopMargins, loop_margins
 from spherical_wrist.stability.stable_range import DEVIATIONS, stable_up_to
-
-Array = npt.NDArray[np.float64]
 
 REJECTED = 0.5**0.5
 """Sensitivity [−3 dB] up to which a disturbance counts as rejected."""

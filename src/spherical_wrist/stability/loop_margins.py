@@ -20,6 +20,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from spherical_wrist.arrays import Array
 from spherical_wrist.missing_package import missing
 from spherical_wrist.stability.frequency_response import frequency_response, largest_gain, loop_gain
 
@@ -29,7 +30,6 @@ try:
 except ImportError:
     raise missing("margins need python-control and Slycot", "margins") from None
 
-Array = npt.NDArray[np.float64]
 Complex = npt.NDArray[np.complex128]
 
 FARTHEST_DB = 60.0

@@ -19,12 +19,11 @@ from typing import NamedTuple
 
 import mujoco
 import numpy as np
-import numpy.typing as npt
 
+from spherical_wrist.arrays import Array
 from spherical_wrist.errors import ModelError, listed
 from spherical_wrist.wrist.parts import AXES, JOINT, OBJECT, TRANSMISSION, motor_fault, name_of, unknown_name
 
-Array = npt.NDArray[np.float64]
 WRAP, EQUALITY, LIMITED = mujoco.mjtWrap, mujoco.mjtEq, mujoco.mjtLimited
 
 LARGEST_MISS = 1e-5

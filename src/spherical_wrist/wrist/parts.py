@@ -5,12 +5,11 @@ from typing import NamedTuple, NoReturn
 
 import mujoco
 import numpy as np
-import numpy.typing as npt
 
+from spherical_wrist.arrays import Array
 from spherical_wrist.errors import ModelError, UnknownNameError, listed
 from spherical_wrist.wrist.mjcf import ADVICE
 
-Array = npt.NDArray[np.float64]
 JOINT, OBJECT, TRANSMISSION = mujoco.mjtJoint, mujoco.mjtObj, mujoco.mjtTrn
 
 AXES = 3

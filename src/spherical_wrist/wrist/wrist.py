@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 import mujoco
 import numpy as np
-import numpy.typing as npt
 
+from spherical_wrist.arrays import Array
 from spherical_wrist.compat.libmujoco import warnings_kept_in_data
 from spherical_wrist.errors import ModelError
 from spherical_wrist.wrist.dynamics_check import check_motors, check_passive, remarks
@@ -16,8 +16,6 @@ from spherical_wrist.wrist.hinges import ball_from_hinges
 from spherical_wrist.wrist.mjcf import compiled, default_model, read_spec
 from spherical_wrist.wrist.parts import AXES, UNNAMED, Names, ball_joint, motor_matrix, tip_site, torque_motors
 from spherical_wrist.wrist.reduction import reduced
-
-Array = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -9,11 +9,11 @@ from typing import Any, NamedTuple
 
 import matplotlib as mpl
 import numpy as np
-import numpy.typing as npt
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from spherical_wrist.arrays import Array
 from spherical_wrist.colours import GREY, INK, ORANGE, PALE, PAPER
 from spherical_wrist.control import FuzzySlidingComputedTorque
 from spherical_wrist.fuzzy.picture import picture
@@ -32,8 +32,6 @@ from spherical_wrist.paper.evaluation.setting import (
 from spherical_wrist.picture_file import IN_FOLDER, folder_pictures
 from spherical_wrist.picture_style import STYLE, WIDTHS
 from spherical_wrist.simulation.run import Run
-
-Array = npt.NDArray[np.float64]
 
 LOOK: dict[str, dict[str, Any]] = {
     PLAIN: {"color": GREY, "linestyle": (0, (1, 1)), "label": "computed torque", "zorder": 2},

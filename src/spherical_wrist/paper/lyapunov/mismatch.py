@@ -18,15 +18,13 @@ A law that predicts half a period ahead supplies the torque that is needed then:
 from typing import Any, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from spherical_wrist.arrays import Array
 from spherical_wrist.control import Law, switch
 from spherical_wrist.control.switching import SATURATION, SIGN, TANH
 from spherical_wrist.errors import ParameterError
 from spherical_wrist.paper.lyapunov.motion import surface_motion
 from spherical_wrist.simulation.run import Run
-
-Array = npt.NDArray[np.float64]
 
 KINDS = {"sign": SIGN, "saturation": SATURATION, "tanh": TANH}
 

@@ -6,11 +6,11 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from spherical_wrist.arrays import Array
 from spherical_wrist.errors import ParameterError, one_line
 from spherical_wrist.paper.lyapunov.mismatch import mismatch
 from spherical_wrist.simulation.run import Run
 
-Array = npt.NDArray[np.float64]
 Flags = npt.NDArray[np.bool_]
 
 ROUNDING = 1e-12

@@ -13,16 +13,14 @@ from typing import NamedTuple
 
 import mujoco
 import numpy as np
-import numpy.typing as npt
 
+from spherical_wrist.arrays import Array
 from spherical_wrist.compat.libmujoco import warnings_kept_in_data
 from spherical_wrist.prepare.physics import physics_model
 from spherical_wrist.prepare.plant import plant_of
 from spherical_wrist.simulation.run import Run
 from spherical_wrist.so3 import feed_forward
 from spherical_wrist.wrist import Wrist
-
-Array = npt.NDArray[np.float64]
 
 
 class SurfaceMotion(NamedTuple):

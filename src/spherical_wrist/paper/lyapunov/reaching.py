@@ -20,12 +20,10 @@ drives S to zero; this makes the bounds of ``sliding_computed_torque`` loose.
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from spherical_wrist.arrays import Array
 from spherical_wrist.paper.lyapunov.mismatch import mismatch
 from spherical_wrist.simulation.run import Run
-
-Array = npt.NDArray[np.float64]
 
 
 class Reaching(NamedTuple):
