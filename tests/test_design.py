@@ -12,7 +12,7 @@ from spherical_wrist.control import ComputedTorque, L1Adaptive, Law
 from spherical_wrist.design import (
     CONSTRAINTS,
     FIGURES,
-    Verdict,
+    Assessment,
     constraints_of,
     criterion,
     designed,
@@ -22,7 +22,7 @@ from spherical_wrist.design import (
 )
 from spherical_wrist.design.criterion import INFEASIBLE, cost, fingerprint
 from spherical_wrist.design.search import space_of_design
-from spherical_wrist.design.trial import LATE, REALISTIC, Trial
+from spherical_wrist.design.trial import LATE, REALISTIC, DesignTrial
 from spherical_wrist.errors import ParameterError
 from spherical_wrist.experiment.description import Experiment
 from spherical_wrist.parameters import searched
@@ -49,7 +49,7 @@ def worker():
 def test_swing_back_is_that_of_a_second_order_system(worker, damping):
     law = ComputedTorque(Kp=400.0, Kv=2.0 * damping * 20.0)
     expected = exp(-2.0 * pi * damping / sqrt(1.0 - damping**2)) if damping < 1.0 else 0.0
-    assert Trial(law, worker).swing_back(1.0) == pytest.approx(expected, rel=0.05, abs=1e-4)
+    assert DesignTrial(law, worker).swing_back(1.0) == pytest.approx(expected, rel=0.05, abs=1e-4)
 
 
 def test_needed_torque_is_that_of_mujocos_inverse_dynamics(worker):
@@ -67,17 +67,17 @@ def test_needed_torque_is_that_of_mujocos_inverse_dynamics(worker):
 def test_a_law_that_follows_is_not_restless_however_heavy_the_plant_is(worker):
     """Plain computed torque sags under 50 g; a law that does not asks for what the plant needs."""
     heavy = {"payload": 0.05, "duration": 4.0}
-    assert Trial(LAWS["linear_adrc"], worker).restlessness(heavy) == pytest.approx(1.0, abs=0.01)
+    assert DesignTrial(LAWS["linear_adrc"], worker).restlessness(heavy) == pytest.approx(1.0, abs=0.01)
     own, plain = (simulate(Experiment(law=law, **heavy)).metrics for law in ("linear_adrc", "computed_torque"))
     assert own.chattering_Nm_per_s > 1.3 * plain.chattering_Nm_per_s
-    shaking = Trial(L1Adaptive(bandwidth=500.0, filter_bandwidth=2000.0), worker)
+    shaking = DesignTrial(L1Adaptive(bandwidth=500.0, filter_bandwidth=2000.0), worker)
     assert (shaking.restlessness({**LATE, **heavy}) or inf) > 10.0
 
 
 def test_torque_step_is_the_mean_change_of_the_command_over_the_limit(worker):
     run = simulate(Experiment(law="linear_adrc", **REALISTIC))
     steps = np.abs(np.diff(run.commanded_torque[2000:], axis=0)).mean()
-    assert Trial(LAWS["linear_adrc"], worker).torque_step() == pytest.approx(
+    assert DesignTrial(LAWS["linear_adrc"], worker).torque_step() == pytest.approx(
         steps / np.mean([0.25, 0.2, 0.33]), rel=1e-9
     )
 
@@ -147,8 +147,8 @@ def test_feasible_gains_come_first_then_those_that_miss_by_less(monkeypatch):
 
 def test_the_objective_is_the_geometric_mean_of_all_figures():
     figures = dict(zip((each.name for each in FIGURES), (1.0, 2.0, 4.0, 8.0, 16.0), strict=True))
-    assert Verdict({}, figures).objective == pytest.approx(4.0)
-    assert Verdict({}, {**figures, FIGURES[0].name: None}).objective is None
+    assert Assessment({}, figures).objective == pytest.approx(4.0)
+    assert Assessment({}, {**figures, FIGURES[0].name: None}).objective is None
 
 
 # --- the search
@@ -269,7 +269,7 @@ def test_wrong_use_is_one_line(wrist, tmp_path, arguments, message):
 
 def test_check_and_search_print_tables_and_json(wrist, bowl, monkeypatch, tmp_path):
     values = {each.name: each.limit for each in CONSTRAINTS}
-    verdict = Verdict({**values, "gain_margin_db": inf}, {each.name: 2.0 for each in FIGURES})
+    verdict = Assessment({**values, "gain_margin_db": inf}, {each.name: 2.0 for each in FIGURES})
     monkeypatch.setattr("spherical_wrist.design.judge", lambda law, worker: verdict)
     code, out, _ = wrist("design", "l1_adaptive", "--trials", "12", "-o", "gains.json", "--json")
     assert code == 0
@@ -286,7 +286,7 @@ def test_check_and_search_print_tables_and_json(wrist, bowl, monkeypatch, tmp_pa
     code, out, _ = wrist("design", "indi", "--trials", "12", "-o", "gains.json")
     assert (code, "best of 12 sets of gains, seed 0" in out) == (0, True)
     assert set(json.loads((tmp_path / "gains.json").read_text())["laws"]) == {"indi", "l1_adaptive"}
-    broken = Verdict({**values, "swing_back": None}, {each.name: 2.0 for each in FIGURES})
+    broken = Assessment({**values, "swing_back": None}, {each.name: 2.0 for each in FIGURES})
     monkeypatch.setattr("spherical_wrist.design.judge", lambda law, worker: broken)
     code, out, _ = wrist("design", "--check")
     assert code == 1

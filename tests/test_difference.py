@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 from rigs import channel_names, random_channels
 from spherical_wrist.channels import Condition
 from spherical_wrist.inspection import difference
-from spherical_wrist.inspection.difference import Place
+from spherical_wrist.inspection.difference import CommonRow
 from spherical_wrist.measure.series import Series
 
 ROWS = 400
@@ -53,7 +53,7 @@ def test_one_bit_is_found_where_it_is():
     value = a.torque[137, 1]
     found = difference(a, changed(a, "torque", 137, 1, np.nextafter(value, np.inf)))
     assert not found.same
-    assert found.first == Place(a.time[137], 137, 137)
+    assert found.first == CommonRow(a.time[137], 137, 137)
     assert [array.name for array in found.arrays if not array.same] == ["torque"]
     torque = of(found, "torque")
     assert torque.unit == "N·m"
@@ -111,8 +111,8 @@ def test_a_thinned_series_is_compared_on_the_instants_that_it_has():
     assert difference(thinned, a).same
     assert (found.common, found.rows, found.whole) == (-(-ROWS // 9), (ROWS, -(-ROWS // 9)), True)
     b = changed(changed(a, "error", 26, 0, 9.0), "error", 27, 0, 9.0).rows(slice(None, None, 9))
-    assert of(difference(a, b), "error").first == Place(a.time[27], 27, 3)
-    assert of(difference(b, a), "error").first == Place(a.time[27], 3, 27)
+    assert of(difference(a, b), "error").first == CommonRow(a.time[27], 27, 3)
+    assert of(difference(b, a), "error").first == CommonRow(a.time[27], 3, 27)
 
 
 def test_series_thinned_in_two_ways_share_few_instants():

@@ -24,12 +24,6 @@ def torque(disturbance, peak=0.02, seed=1, time=TIMES):
     return disturbance.torque(peak, np.random.default_rng(seed), worst)(time)
 
 
-def test_the_known_shapes_are_there():
-    assert {"constant", "sinusoid", "square", "chirp", "steps", "pulse", "noise", "tremor", "worst"} <= set(
-        Disturbance.members
-    )
-
-
 @every
 def test_level_is_a_fraction_of_the_peak_torque(member):
     unit = torque(member(level=1.0), peak=1.0)

@@ -10,6 +10,7 @@ import pyarrow.parquet
 import pytest
 
 from spherical_wrist import Experiment, simulate
+from spherical_wrist.channels import CHANNELS
 from spherical_wrist.errors import ParameterError
 from spherical_wrist.inspection import export
 from spherical_wrist.inspection.columns import columns
@@ -43,11 +44,10 @@ def bits(values):
 def expected(run):
     """Every number of the run by the name that its column should have."""
     axes = {1: ("",), 3: ("_x", "_y", "_z"), 4: ("_w", "_x", "_y", "_z")}
-    units = {"time": "_s", "rate": "_rad_per_s", "desired_rate": "_rad_per_s", "error": "_rad", "tip": "_m"}
-    units |= {"rate_error": "_rad_per_s", "surface": "_rad_per_s", "slope": "_per_s", "torque": "_Nm"}
-    units |= {"disturbance": "_Nm", "desired_tip": "_m", "measured_rate": "_rad_per_s", "current": "_A"}
-    units |= {"commanded_torque": "_Nm"}
-    spelled = {"": "", "rad/s": "_rad_per_s", "rad/s²": "_rad_per_s2", "rad/s³": "_rad_per_s3", "rad·s": "_rad_s"}
+    spelled = {
+        "": "", "s": "_s", "m": "_m", "rad": "_rad", "1/s": "_per_s", "N·m": "_Nm", "A": "_A", "rad/s": "_rad_per_s",
+        "rad/s²": "_rad_per_s2", "rad/s³": "_rad_per_s3", "rad·s": "_rad_s",
+    }  # fmt: skip
     law = run.experiment.law
     state = [f"_{each}{spelled[unit]}" for each, unit in zip(law.state_names(), law.state_units(), strict=True)]
     found = {}
@@ -57,7 +57,7 @@ def expected(run):
         marks = (
             [f"_{k}" for k in range(count)] if name == "current" else state if name == "law_state" else axes.get(count)
         )
-        found |= {f"{name}{mark}{units.get(name, '')}": rows[:, k] for k, mark in enumerate(marks)}
+        found |= {f"{name}{mark}{spelled[CHANNELS[name].unit]}": rows[:, k] for k, mark in enumerate(marks)}
     return found
 
 

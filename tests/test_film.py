@@ -25,7 +25,7 @@ from spherical_wrist.errors import ParameterError, RecordingError
 from spherical_wrist.film import FilmError, FilmSettings, mp4, render_film, render_picture
 from spherical_wrist.film.caption import in_mm
 from spherical_wrist.film.frames import ACTUAL_COLOUR, DESIRED_COLOUR, Frames
-from spherical_wrist.film.motion import Motion
+from spherical_wrist.film.motion import Poses
 from spherical_wrist.film.opengl import Renderer
 from spherical_wrist.wrist import default_model
 
@@ -100,7 +100,7 @@ def decoded(path):
 
 
 def pictures(run, instants, **shot):
-    with run.plant() as plant, Frames(run, plant, Motion.of(run), FilmSettings(**{"size": SMALL, **shot})) as frames:
+    with run.plant() as plant, Frames(run, plant, Poses.of(run), FilmSettings(**{"size": SMALL, **shot})) as frames:
         return [frames.at(instant).astype(int) for instant in instants]
 
 
@@ -133,9 +133,9 @@ def test_motion_between_thinned_samples_is_the_shortest_arc(loose):
     flipped = thinned.replaced(attitude=thinned.attitude * np.where(np.arange(len(thinned)) % 2, -1.0, 1.0)[:, None])
     instants = np.array([0.0, 0.03, 0.05, 0.1, 0.777, 1.234, 1.9])
     arc = Slerp(thinned.time, Rotation.from_quat(thinned.attitude, scalar_first=True))(instants)
-    found = Rotation.from_quat(Motion.of(flipped).attitudes(instants), scalar_first=True)
+    found = Rotation.from_quat(Poses.of(flipped).attitudes(instants), scalar_first=True)
     assert (found * arc.inv()).magnitude().max() < 1e-12
-    every = Motion.of(loose).desired_attitudes(loose.time)
+    every = Poses.of(loose).desired_attitudes(loose.time)
     assert np.abs(np.einsum("ij,ij->i", every, loose.desired_attitude)).min() > 1.0 - 1e-12
 
 
@@ -145,9 +145,9 @@ def test_a_run_that_diverged_is_shown_up_to_its_last_pose(plain, tmp_path):
     film = render_film(plain.replaced(attitude=lost), tmp_path / "lost.mp4", FilmSettings(size=(64, 64), fps=10))
     assert film.frames == 7
     far = np.where(np.arange(len(plain))[:, None] < 700, plain.tip, 1e9)
-    assert Motion.of(plain.replaced(tip=far)).end == pytest.approx(0.7)
+    assert Poses.of(plain.replaced(tip=far)).end == pytest.approx(0.7)
     with pytest.raises(RecordingError, match="nothing to show"):
-        Motion.of(plain.replaced(attitude=lost * np.nan))
+        Poses.of(plain.replaced(attitude=lost * np.nan))
 
 
 @pytest.mark.parametrize(("speed", "duration"), [(1.0, 1.0), (0.5, 2.0), (4.0, 0.25)])

@@ -86,10 +86,6 @@ def other(law):
 # --- the contract
 
 
-def test_the_known_laws_are_there():
-    assert {"pd", "computed_torque", "sliding_computed_torque", "fuzzy_sliding_computed_torque"} <= set(Law.members)
-
-
 @every_law
 def test_says_where_it_comes_from_and_how_well_it_tracks(law):
     """In its own class: another law may derive from it."""

@@ -14,8 +14,8 @@ from spherical_wrist.inspection import inspect
 from spherical_wrist.paper.evaluation import claims, setting
 from spherical_wrist.paper.evaluation.figures import envelope
 from spherical_wrist.paper.evaluation.report import regenerate
-from spherical_wrist.paper.evaluation.runs import Case, experiment
-from spherical_wrist.paper.evaluation.verdict import Finding, Trial, Verdict, times
+from spherical_wrist.paper.evaluation.runs import PaperCase, experiment
+from spherical_wrist.paper.evaluation.verdict import ClaimTrial, ClaimVerdict, Finding, times
 
 
 @pytest.fixture(scope="module")
@@ -128,13 +128,13 @@ def test_decoupled_by_the_model_and_no_further_than_it_is_right(told):
 @pytest.mark.parametrize(
     ("held", "verdict"),
     [
-        ([True, True], Verdict.REPRODUCED),
-        ([False, True], Verdict.CONDITIONAL),
-        ([False, False], Verdict.NOT_REPRODUCED),
+        ([True, True], ClaimVerdict.REPRODUCED),
+        ([False, True], ClaimVerdict.CONDITIONAL),
+        ([False, False], ClaimVerdict.NOT_REPRODUCED),
     ],
 )
 def test_a_verdict_follows_from_its_trials(held, verdict):
-    assert Finding("", "", tuple(Trial("", holds, "") for holds in held)).verdict is verdict
+    assert Finding("", "", tuple(ClaimTrial("", holds, "") for holds in held)).verdict is verdict
 
 
 @pytest.mark.parametrize(
@@ -154,22 +154,22 @@ def test_verdicts_follow_from_the_numbers():
         slope_ratio=lambda variant, level: 1.0,
         disturbance=0.004,
     )
-    assert claims.contrast(fake).verdict is Verdict.REPRODUCED
-    assert claims.baseline_disturbed(fake).verdict is Verdict.REPRODUCED
-    assert claims.proposal_disturbed(fake).verdict is Verdict.REPRODUCED
-    assert claims.small_undisturbed(fake).verdict is Verdict.NOT_REPRODUCED
-    assert claims.same_undisturbed(fake).verdict is Verdict.NOT_REPRODUCED
-    assert claims.fluctuation(fake).verdict is Verdict.REPRODUCED
-    assert claims.chattering_is_reduced(fake).verdict is Verdict.REPRODUCED
-    assert claims.switching_chatters(fake).verdict is Verdict.REPRODUCED
-    assert claims.plain_is_not_robust(fake).verdict is Verdict.NOT_REPRODUCED
+    assert claims.contrast(fake).verdict is ClaimVerdict.REPRODUCED
+    assert claims.baseline_disturbed(fake).verdict is ClaimVerdict.REPRODUCED
+    assert claims.proposal_disturbed(fake).verdict is ClaimVerdict.REPRODUCED
+    assert claims.small_undisturbed(fake).verdict is ClaimVerdict.NOT_REPRODUCED
+    assert claims.same_undisturbed(fake).verdict is ClaimVerdict.NOT_REPRODUCED
+    assert claims.fluctuation(fake).verdict is ClaimVerdict.REPRODUCED
+    assert claims.chattering_is_reduced(fake).verdict is ClaimVerdict.REPRODUCED
+    assert claims.switching_chatters(fake).verdict is ClaimVerdict.REPRODUCED
+    assert claims.plain_is_not_robust(fake).verdict is ClaimVerdict.NOT_REPRODUCED
     fake.error = lambda method, variant, level: 1e-4
     fake.chattering = lambda method, variant, level: 0.1
-    assert claims.same_undisturbed(fake).verdict is Verdict.REPRODUCED
-    assert claims.contrast(fake).verdict is Verdict.NOT_REPRODUCED
-    assert claims.surface_helps(fake).verdict is Verdict.NOT_REPRODUCED
-    assert claims.chattering_is_reduced(fake).verdict is Verdict.NOT_REPRODUCED
-    assert claims.switching_chatters(fake).verdict is Verdict.NOT_REPRODUCED
+    assert claims.same_undisturbed(fake).verdict is ClaimVerdict.REPRODUCED
+    assert claims.contrast(fake).verdict is ClaimVerdict.NOT_REPRODUCED
+    assert claims.surface_helps(fake).verdict is ClaimVerdict.NOT_REPRODUCED
+    assert claims.chattering_is_reduced(fake).verdict is ClaimVerdict.NOT_REPRODUCED
+    assert claims.switching_chatters(fake).verdict is ClaimVerdict.NOT_REPRODUCED
 
 
 def test_the_report_has_the_table_the_claims_and_its_pictures(told, folder):
@@ -211,7 +211,7 @@ def test_an_envelope_holds_every_value(told, folder):
 def test_the_recordings_are_the_runs_of_the_table(told, folder):
     names = [name for name in told["files"] if name.endswith(".rrd")]
     assert len(names) == 14
-    case = Case(setting.PROPOSED, setting.MAIN, 0.25)
+    case = PaperCase(setting.PROPOSED, setting.MAIN, 0.25)
     found = inspect(folder / f"recordings/{case.name}.rrd")
     assert found.mismatches == ()
     assert found.run.metrics.rms_error_rad == entry(told, *case)
@@ -224,10 +224,10 @@ def test_both_methods_share_every_choice():
     for name in set(setting.VARIANTS) - {setting.UNEQUAL}:
         gains = setting.VARIANTS[name].gains
         assert gains[setting.BASELINE] == gains[setting.PROPOSED] == gains[setting.SLIDING]
-        fixed, tuned = (experiment(Case(method, name, 0.25)) for method in (setting.BASELINE, setting.PROPOSED))
+        fixed, tuned = (experiment(PaperCase(method, name, 0.25)) for method in (setting.BASELINE, setting.PROPOSED))
         shared = type(fixed.law).model_fields
         assert all(getattr(fixed.law, field) == getattr(tuned.law, field) for field in shared)
-    assert Experiment().law.Kp == experiment(Case(setting.PLAIN, "", 0.0)).law.Kp
+    assert Experiment().law.Kp == experiment(PaperCase(setting.PLAIN, "", 0.0)).law.Kp
 
 
 def test_a_folder_that_cannot_be_made_is_one_line(tmp_path):

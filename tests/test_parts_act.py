@@ -4,7 +4,9 @@ The parameters are those of every registered sensor, motor, disturbance and refe
 joins by being defined, and a new parameter by being declared.
 """
 
+from importlib import import_module
 from itertools import product
+from pkgutil import iter_modules
 from typing import Annotated, Any, Literal, get_args, get_origin
 from unittest import mock
 
@@ -198,6 +200,24 @@ def motion_of(reference, given):
         return reference(**given).motion(TIME).tobytes()
     except ParameterError as error:
         return str(error)
+
+
+@pytest.mark.parametrize("family", PARTS.values(), ids=lambda family: family.kind)
+def test_every_part_that_is_written_is_registered(family):
+    """In its room, whose package imports it, so that it is known wherever the room is."""
+    room = import_module(f"spherical_wrist.{family.__module__.split('.')[1]}")
+    modules = [
+        room,
+        *(import_module(each.name) for each in iter_modules(getattr(room, "__path__", ()), f"{room.__name__}.")),
+    ]
+    written = {
+        each
+        for module in modules
+        for each in vars(module).values()
+        if isinstance(each, type) and issubclass(each, family) and each is not family and "abstract" not in vars(each)
+    }
+    assert written == set(family.members.values()) - {Forgotten}
+    assert not [each.__name__ for each in written if not hasattr(room, each.__name__)]
 
 
 # --- the test of the test, and of what is ideal

@@ -65,11 +65,6 @@ def turned(motion):
     return Rotation.from_quat(motion["attitude"], scalar_first=True)
 
 
-def test_the_known_references_are_there():
-    rests = {"hold", "step", "suture"}
-    assert rests | {"sinusoid", "lissajous", "chirp", "beating_heart", "recorded"} <= set(Reference.members)
-
-
 def test_rate_is_the_derivative_of_the_attitude(reference):
     h = 2e-6
     before, now, after = (reference.motion(TIMES + shift) for shift in (-h, 0.0, h))

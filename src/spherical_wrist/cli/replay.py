@@ -14,7 +14,7 @@ from spherical_wrist.cli.streams import say
 from spherical_wrist.cli.tables import number, print_json, printer
 
 if TYPE_CHECKING:
-    from spherical_wrist.inspection.difference import ArrayDifference, Place
+    from spherical_wrist.inspection.difference import ArrayDifference, CommonRow
     from spherical_wrist.inspection.replay import Replay
 
 NO_CAUSE = (
@@ -140,5 +140,5 @@ def _table(found: Replay) -> Table:
     return table
 
 
-def _time(place: Place | None) -> str:
+def _time(place: CommonRow | None) -> str:
     return "—" if place is None else f"{place.time:.6g}"

@@ -24,7 +24,7 @@ RESAMPLES = 1000
 """Number of resamples of a bootstrap."""
 
 
-class Interval(NamedTuple):
+class RatioInterval(NamedTuple):
     """Interval of a figure; infinite where runs were lost."""
 
     low: float
@@ -56,7 +56,7 @@ def over_seeds(errors: Array) -> Array:
     return np.where(np.isinf(errors).any(axis=-1), inf, medians)
 
 
-def median_intervals(cases: Sequence[Array], share: float = 0.95) -> list[Interval]:
+def median_intervals(cases: Sequence[Array], share: float = 0.95) -> list[RatioInterval]:
     """Compute an interval of every law's median ratio to the best law, by a percentile bootstrap in two stages.
 
     The cases are drawn with replacement, and then the seeds of each drawn case, the same for all laws: the interval
@@ -81,7 +81,7 @@ def median_intervals(cases: Sequence[Array], share: float = 0.95) -> list[Interv
     medians = np.median(relative[np.arange(RESAMPLES)[:, None], chosen], axis=1)
     tail = 50.0 * (1.0 - share)
     low, high = np.percentile(medians, [tail, 100.0 - tail], axis=0, method="nearest")  # no arithmetic with infinity
-    return [Interval(float(a), float(b)) for a, b in zip(low, high, strict=True)]
+    return [RatioInterval(float(a), float(b)) for a, b in zip(low, high, strict=True)]
 
 
 def geometric_mean(values: Iterable[float]) -> float | None:

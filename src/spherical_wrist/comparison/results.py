@@ -14,7 +14,7 @@ from spherical_wrist.comparison.cases import FAULTY, IDEAL, Case, group_of
 from spherical_wrist.comparison.law_selection import Laws
 from spherical_wrist.comparison.ranking import (
     CLOSE,
-    Interval,
+    RatioInterval,
     combined_error,
     geometric_mean,
     median_intervals,
@@ -85,7 +85,7 @@ class CaseStanding(NamedTuple):
     case: str
     rank: int
     ratio: float
-    range: Interval
+    range: RatioInterval
     attitude_ratio: float
     tip_ratio: float
     lost: tuple[int, ...]
@@ -118,7 +118,7 @@ class Standing(NamedTuple):
     law: str
     rank: int
     median_ratio: float
-    interval: Interval
+    interval: RatioInterval
     worst_ratio: float
     worst_case: str
     worst_seed: int
@@ -236,7 +236,7 @@ class Comparison(Result):
         for law in sorted(self.laws, key=lambda law: rank[law]):
             own = [each[law] for each in of_seed]
             lost = tuple(cell.seed for cell in self.runs(law, case.name) if cell.lost)
-            interval = Interval(min(own), max(own))
+            interval = RatioInterval(min(own), max(own))
             rows[law] = CaseStanding(law, case.name, rank[law], ratio[law], interval, attitude[law], tip[law], lost)
         return rows
 

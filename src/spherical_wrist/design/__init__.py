@@ -1,6 +1,6 @@
 """Gains from a stated criterion: constraints that every law shall meet, one objective, and a search with a seed."""
 
-from spherical_wrist.design.criterion import CONSTRAINTS, FIGURES, Verdict, constraints_of, judge
+from spherical_wrist.design.criterion import CONSTRAINTS, FIGURES, Assessment, constraints_of, judge
 from spherical_wrist.design.record import TRIALS, Design, shipped
 from spherical_wrist.design.search import designed, find_gains
 
@@ -8,8 +8,8 @@ __all__ = [
     "CONSTRAINTS",
     "FIGURES",
     "TRIALS",
+    "Assessment",
     "Design",
-    "Verdict",
     "constraints_of",
     "designed",
     "find_gains",

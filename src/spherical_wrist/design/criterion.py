@@ -19,7 +19,7 @@ from spherical_wrist.design.trial import (
     REALISTIC,
     VERY_LATE,
     Changes,
-    Trial,
+    DesignTrial,
     unknown_delay,
 )
 from spherical_wrist.measure.metrics import Metrics
@@ -48,7 +48,7 @@ class Constraint(NamedTuple):
     limit: float
     at_least: bool
     meaning: str
-    measure: Callable[[Trial], float | None]
+    measure: Callable[[DesignTrial], float | None]
     stage: int
     factor: float = 1.0
     shown_unit: str = ""
@@ -71,7 +71,9 @@ class Constraint(NamedTuple):
         return 0.0 if value <= self.limit else 1.0 - self.limit / value
 
 
-def _of_margins(name: str, hardware: tuple[Changes, ...], masses: tuple[float, ...], trial: Trial) -> float | None:
+def _of_margins(
+    name: str, hardware: tuple[Changes, ...], masses: tuple[float, ...], trial: DesignTrial
+) -> float | None:
     """Return the worst of a margin over hardware and masses; for sensitivities, the largest."""
     found = [trial.margins(mass, changes) for changes in hardware for mass in masses]
     values = [None if each is None else getattr(each, name) for each in found]
@@ -115,7 +117,7 @@ CONSTRAINTS = (
     Constraint(
         "torque_step", "torque\nstep", "", 0.01, False,
         "chattering: mean change of the torque in a control period on realistic hardware, over the motors' limit",
-        Trial.torque_step, 0, 100.0, "%",
+        DesignTrial.torque_step, 0, 100.0, "%",
     ),
     Constraint(
         "max_sensitivity", "Ms", "", 2.0, False,
@@ -164,10 +166,10 @@ class Figure(NamedTuple):
     name: str
     heading: str
     meaning: str
-    measure: Callable[[Trial], float | None]
+    measure: Callable[[DesignTrial], float | None]
 
 
-def _figure(metric: str, factor: float, changes: Changes, trial: Trial) -> float | None:
+def _figure(metric: str, factor: float, changes: Changes, trial: DesignTrial) -> float | None:
     found: Metrics | None = trial.metrics(changes)
     value = None if found is None else found[metric]
     return None if value is None else factor * float(value)
@@ -192,7 +194,7 @@ def _scaled(factor: float, value: float | None) -> float | None:
     return None if value is None else factor * value
 
 
-class Verdict(NamedTuple):
+class Assessment(NamedTuple):
     """A law under the criterion.
 
     Attributes:
@@ -220,10 +222,10 @@ def constraints_of(law: Law) -> tuple[Constraint, ...]:
     return tuple(each._replace(limit=law.promises.get(each.name, each.limit)) for each in CONSTRAINTS)
 
 
-def judge(law: Law, worker: Worker) -> Verdict:
+def judge(law: Law, worker: Worker) -> Assessment:
     """Measure all constraints and the whole objective of a law."""
-    trial = Trial(law, worker)
-    return Verdict(
+    trial = DesignTrial(law, worker)
+    return Assessment(
         {each.name: each.measure(trial) for each in CONSTRAINTS}, {each.name: each.measure(trial) for each in FIGURES}
     )
 
@@ -237,14 +239,14 @@ def cost(law: Law, worker: Worker) -> float:
 
     Of two stages, one that is broken earlier costs more, so that later ones need not be measured.
     """
-    trial = Trial(law, worker)
+    trial = DesignTrial(law, worker)
     claimed = [each for each in constraints_of(law) if each.name not in law.exempt]
     last = max(each.stage for each in CONSTRAINTS)
     for stage in range(last + 1):
         missed = sum(each.violation(each.measure(trial)) for each in claimed if each.stage == stage)
         if missed > 0.0:
             return INFEASIBLE * (1.0 + last - stage + missed / (1.0 + len(claimed)))
-    objective = Verdict({}, {each.name: each.measure(trial) for each in FIGURES}).objective
+    objective = Assessment({}, {each.name: each.measure(trial) for each in FIGURES}).objective
     return INFEASIBLE if objective is None else min(objective, INFEASIBLE)
 
 

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from spherical_wrist.control import Law
-from spherical_wrist.design.criterion import Verdict, fingerprint
+from spherical_wrist.design.criterion import Assessment, fingerprint
 from spherical_wrist.errors import ParameterError
 
 NAME = "found.json"
@@ -33,7 +33,7 @@ class Design(NamedTuple):
     seed: int
     trials: int
     gains: dict[str, float]
-    verdict: Verdict
+    verdict: Assessment
 
     def to_plain(self) -> dict[str, Any]:
         """Return the design as plain data for JSON."""

@@ -23,12 +23,12 @@ from collections.abc import Mapping
 from typing import Any
 
 from spherical_wrist.control import Law
-from spherical_wrist.design.criterion import CONSTRAINTS, FIGURES, Verdict, constraints_of, fingerprint
+from spherical_wrist.design.criterion import CONSTRAINTS, FIGURES, Assessment, constraints_of, fingerprint
 from spherical_wrist.design.record import finite, shipped
 from spherical_wrist.simulation.run import versions
 
 
-def to_dict(judged: Mapping[str, tuple[Law, Verdict]], wall_time: float) -> dict[str, Any]:
+def to_dict(judged: Mapping[str, tuple[Law, Assessment]], wall_time: float) -> dict[str, Any]:
     """Return laws under the criterion as the JSON object described above."""
     return {
         "criterion": fingerprint(),
@@ -46,7 +46,7 @@ def to_dict(judged: Mapping[str, tuple[Law, Verdict]], wall_time: float) -> dict
     }  # fmt: skip
 
 
-def _law(label: str, law: Law, verdict: Verdict) -> dict[str, Any]:
+def _law(label: str, law: Law, verdict: Assessment) -> dict[str, Any]:
     broken, limits = verdict.broken(law), {each.name: each.limit for each in constraints_of(law)}
     return {
         "law": label,

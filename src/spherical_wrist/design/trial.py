@@ -40,7 +40,7 @@ def unknown_delay(seconds: float) -> Changes:
     return {"sensing.delay": seconds, "sensing.timestamped": False}
 
 
-class Trial:
+class DesignTrial:
     """One law, measured as far as it is asked.
 
     A law that raises, refuses an experiment or has no linear loop has None for what cannot be measured.

@@ -13,7 +13,7 @@ from spherical_wrist.errors import ParameterError, UnknownNameError
 from spherical_wrist.files import replacing
 from spherical_wrist.film import gif, mp4
 from spherical_wrist.film.frames import Frames
-from spherical_wrist.film.motion import Motion
+from spherical_wrist.film.motion import Poses
 from spherical_wrist.film.opengl import Picture
 from spherical_wrist.film.settings import FilmSettings
 from spherical_wrist.simulation.run import Run
@@ -75,7 +75,7 @@ def render_film(
     if kind is None:
         raise UnknownNameError("film format", path.suffix or path.name, FORMATS, "; the suffix of the file decides")
     kind.check(settings.size)
-    rate, motion = kind.frame_rate(settings.fps), Motion.of(run)
+    rate, motion = kind.frame_rate(settings.fps), Poses.of(run)
     instants = settings.instants(motion, rate)
     count, done = len(instants), counter()
     with replacing(path, "film") as part, run.plant() as plant, Frames(run, plant, motion, settings) as frames:
@@ -105,7 +105,7 @@ def render_picture(run: Run, path: Path | str, time: float | None = None, settin
     settings, path = (settings or FilmSettings()).replaced(start=None, end=None, speed=1.0), Path(path)
     if path.suffix.lower() != ".png":
         raise UnknownNameError("picture format", path.suffix or path.name, [".png"])
-    motion = Motion.of(run)
+    motion = Poses.of(run)
     begin, end = settings.span(motion)
     instant = float(motion.time[np.argmax(motion.tip_error())]) if time is None else time
     if not begin <= instant <= end:

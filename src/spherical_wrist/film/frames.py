@@ -8,7 +8,7 @@ from spherical_wrist.arrays import Array
 from spherical_wrist.colours import ACTUAL, DESIRED, rgb
 from spherical_wrist.film.camera import default_camera
 from spherical_wrist.film.caption import Caption, Colour, Style
-from spherical_wrist.film.motion import Motion
+from spherical_wrist.film.motion import Poses
 from spherical_wrist.film.opengl import Picture
 from spherical_wrist.film.scene import SceneRenderer, Trail
 from spherical_wrist.film.settings import FilmSettings
@@ -36,7 +36,7 @@ class Frames:
         FilmError: there is no OpenGL here.
     """
 
-    def __init__(self, run: Run, wrist: Wrist, motion: Motion, settings: FilmSettings) -> None:
+    def __init__(self, run: Run, wrist: Wrist, motion: Poses, settings: FilmSettings) -> None:
         self._wrist = wrist
         self._motion, self._ghost = motion, settings.ghost
         self.camera = settings.camera if settings.camera is not None else default_camera(self._wrist.model)
@@ -79,7 +79,7 @@ def _share(rgb: Colour) -> tuple[float, float, float]:
     return red / 255.0, green / 255.0, blue / 255.0
 
 
-def _style(run: Run, motion: Motion, settings: FilmSettings) -> Style:
+def _style(run: Run, motion: Poses, settings: FilmSettings) -> Style:
     law, reference = (str(run.description[part]["name"]).rpartition("/")[2] for part in ("law", "reference"))
     legend = (("actual", ACTUAL_COLOUR), ("desired", DESIRED_COLOUR))[: 2 if settings.ghost else 1]
     begin, end = settings.span(motion)

@@ -14,7 +14,7 @@ FAR = 1e6
 """Largest distance of a tool tip that is shown [m]; runs that diverge have larger ones."""
 
 
-class Motion(NamedTuple):
+class Poses(NamedTuple):
     """Poses of a run at the recorded instants.
 
     Attributes:

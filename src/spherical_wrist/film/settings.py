@@ -9,7 +9,7 @@ from pydantic import BeforeValidator, Field
 
 from spherical_wrist.arrays import Array
 from spherical_wrist.errors import ParameterError
-from spherical_wrist.film.motion import Motion
+from spherical_wrist.film.motion import Poses
 from spherical_wrist.parameters import NonNegative, Parameters, Positive, quantity
 
 SMALLEST, LARGEST = 64, 8192
@@ -44,7 +44,7 @@ class FilmSettings(Parameters):
     camera: str | None = quantity(None, "", "name of a camera of the model, or free")
     ghost: bool = quantity(True, "", "show the desired attitude")
 
-    def span(self, motion: Motion) -> tuple[float, float]:
+    def span(self, motion: Poses) -> tuple[float, float]:
         """Return the first and the last simulated time shown [s].
 
         Raises:
@@ -59,7 +59,7 @@ class FilmSettings(Parameters):
             raise ParameterError(f"from {begin:g} s to {end:g} s: the end must come after the beginning")
         return begin, end
 
-    def instants(self, motion: Motion, fps: Fraction) -> Array:
+    def instants(self, motion: Poses, fps: Fraction) -> Array:
         """Return the simulated times of the frames [s], each at the beginning of its frame.
 
         Raises:

@@ -18,7 +18,7 @@ from spherical_wrist.measure.series import Series
 Flags = npt.NDArray[np.bool_]
 
 
-class Place(NamedTuple):
+class CommonRow(NamedTuple):
     """A row of two series.
 
     Attributes:
@@ -52,10 +52,10 @@ class ArrayDifference:
     name: str
     unit: str
     components: tuple[int, int]
-    first: Place | None = None
-    beyond: Place | None = None
+    first: CommonRow | None = None
+    beyond: CommonRow | None = None
     largest: float | None = None
-    largest_at: Place | None = None
+    largest_at: CommonRow | None = None
     rms: float | None = None
     undefined: int = 0
 
@@ -99,7 +99,7 @@ class Difference:
         return self.whole and compared and all(array.same for array in self.arrays)
 
     @property
-    def first(self) -> Place | None:
+    def first(self) -> CommonRow | None:
         """First place where any channel differs by more than the tolerance; None if none does."""
         return min((array.beyond for array in self.arrays if array.beyond is not None), default=None)
 
@@ -188,13 +188,13 @@ def _compare(name: str, left: Series, right: Series, common: Common, time: Array
     )
 
 
-def _place(flags: Flags, common: Common, time: Array) -> Place | None:
+def _place(flags: Flags, common: Common, time: Array) -> CommonRow | None:
     return _at(int(flags.argmax()), common, time) if flags.any() else None
 
 
-def _at(index: int, common: Common, time: Array) -> Place:
+def _at(index: int, common: Common, time: Array) -> CommonRow:
     rows = (index if isinstance(rows, slice) else int(rows[index]) for rows in (common.rows_a, common.rows_b))
-    return Place(float(time[index]), *rows)
+    return CommonRow(float(time[index]), *rows)
 
 
 def _components(series: Series, name: str) -> int:

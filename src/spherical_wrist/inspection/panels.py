@@ -21,7 +21,7 @@ WIDE: dict[str, Any] = {"linewidth": 3.2, "alpha": 0.28, "marker": "", "solid_ca
 """Of a curve that lies behind another one."""
 
 
-class Motion(NamedTuple):
+class MotionPanel(NamedTuple):
     """Panel of the closed loop itself.
 
     Attributes:
@@ -50,7 +50,7 @@ def other_panels(run: Run, *places: Place) -> list[Panel]:
     return [partial(_plot, time=run.time, plot=plot) for plot in plots]
 
 
-def _motions(run: Run) -> Iterator[Motion]:
+def _motions(run: Run) -> Iterator[MotionPanel]:
     """Return the panels that a run has something to draw for; the slope has one only if it varies."""
     for motion in _MOTIONS:
         if "slope" in motion.shows and (("slope" not in run.channels) or _slope_is_constant(run)):
@@ -185,11 +185,11 @@ def _plot(panel: Axes, time: Array, plot: Plot) -> None:
 
 
 _MOTIONS = (
-    Motion(frozenset({"attitude", "desired_attitude"}), _attitude),
-    Motion(frozenset({"error"}), _error),
-    Motion(frozenset({"error"}), partial(_size, label="|e| [rad]", unit="rad")),
-    Motion(frozenset({"tip", "desired_tip"}), partial(_size, label="|Δp| [mm]", unit="mm")),
-    Motion(frozenset({"torque", "disturbance"}), _torque),
-    Motion(frozenset({"surface"}), _surface),
-    Motion(frozenset({"slope"}), _slope),
+    MotionPanel(frozenset({"attitude", "desired_attitude"}), _attitude),
+    MotionPanel(frozenset({"error"}), _error),
+    MotionPanel(frozenset({"error"}), partial(_size, label="|e| [rad]", unit="rad")),
+    MotionPanel(frozenset({"tip", "desired_tip"}), partial(_size, label="|Δp| [mm]", unit="mm")),
+    MotionPanel(frozenset({"torque", "disturbance"}), _torque),
+    MotionPanel(frozenset({"surface"}), _surface),
+    MotionPanel(frozenset({"slope"}), _slope),
 )

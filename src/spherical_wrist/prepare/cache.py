@@ -19,7 +19,7 @@ from spherical_wrist.experiment.perturbation import Perturbation
 from spherical_wrist.experiment.timing import Timing
 from spherical_wrist.loop.engine import Engine, compiled_engine
 from spherical_wrist.loop.loop import LOG
-from spherical_wrist.prepare.inputs import CachedMotion, Motion
+from spherical_wrist.prepare.inputs import CachedMotion, HasMotion
 from spherical_wrist.prepare.nominal import NominalModel
 from spherical_wrist.prepare.physics import physics_model
 from spherical_wrist.prepare.plant import PlantModel
@@ -159,7 +159,7 @@ class RunCache:
         """Return a cached function of time; ``key`` holds all that its values depend on, except the time."""
         return lambda time: self._arrays.get((key, time.tobytes()), lambda: function(time))
 
-    def motion(self, reference: Motion, state: Hashable = None) -> CachedMotion:
+    def motion(self, reference: HasMotion, state: Hashable = None) -> CachedMotion:
         """Return a reference whose samples are cached. Its random parameters must be drawn already.
 
         Args:

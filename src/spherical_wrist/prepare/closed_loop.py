@@ -24,7 +24,7 @@ from spherical_wrist.loop.outcome import Outcome, Status
 from spherical_wrist.loop.rollout import Inputs, LoopArguments
 from spherical_wrist.prepare.acting_constraints import constraint_warnings, constraints_of
 from spherical_wrist.prepare.cache import Models, RunCache
-from spherical_wrist.prepare.inputs import InputSource, Motion
+from spherical_wrist.prepare.inputs import HasMotion, InputSource
 from spherical_wrist.prepare.joint_range import JointRange
 from spherical_wrist.prepare.motor_reach import reach_warnings
 from spherical_wrist.prepare.nominal import NominalModel
@@ -85,7 +85,7 @@ class ClosedLoop:
         self,
         models: Models,
         law: Law,
-        reference: Motion,
+        reference: HasMotion,
         disturbance: Torque,
         timing: Timing,
         cache: RunCache,
@@ -228,7 +228,7 @@ def _raised(error: Exception) -> str:
     return f"raised {type(error).__name__}: {one_line(error)}"
 
 
-def _initial_state(reference: Motion, start: Start) -> tuple[tuple[float, ...], Array]:
+def _initial_state(reference: HasMotion, start: Start) -> tuple[tuple[float, ...], Array]:
     """Return the attitude and rate that give the errors of ``start``."""
     desired = reference.motion(np.zeros(1))[0]
     w, x, y, z = map(float, desired["attitude"])
@@ -317,7 +317,7 @@ def prepare(
 
 def peak_torque(
     experiment: Experiment,
-    drawn: Motion,
+    drawn: HasMotion,
     nominal: NominalModel,
     timing: Timing,
     cache: RunCache,

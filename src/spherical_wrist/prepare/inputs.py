@@ -12,7 +12,7 @@ from spherical_wrist.loop.rollout import Inputs
 from spherical_wrist.sensing.samples import Samples
 
 
-class Motion(Protocol):
+class HasMotion(Protocol):
     """Interface of a reference, or of a cached or checked one."""
 
     def motion(self, time: npt.NDArray[np.float64]) -> npt.NDArray[Any]:
@@ -23,7 +23,7 @@ class CachedMotion(NamedTuple):
     """Reference with cached samples.
 
     Attributes:
-        motion: cached :meth:`Motion.motion`.
+        motion: cached :meth:`HasMotion.motion`.
     """
 
     motion: Callable[[npt.NDArray[np.float64]], npt.NDArray[Any]]
@@ -42,7 +42,7 @@ class InputSource(NamedTuple):
     """
 
     timing: Timing
-    reference: Motion
+    reference: HasMotion
     disturbance: Torque
     samples: Samples
     timestamped: bool

@@ -5,14 +5,14 @@ import numpy as np
 from spherical_wrist.actuation.drive import Drive
 from spherical_wrist.actuation.reach import utilisation
 from spherical_wrist.experiment.timing import Timing
-from spherical_wrist.prepare.inputs import Motion
+from spherical_wrist.prepare.inputs import HasMotion
 from spherical_wrist.prepare.nominal import NominalModel
 
 PIECE = 4096
 """Control instants that are looked at together, which bounds the memory."""
 
 
-def reach_warnings(nominal: NominalModel, reference: Motion, timing: Timing, drive: Drive) -> tuple[str, ...]:
+def reach_warnings(nominal: NominalModel, reference: HasMotion, timing: Timing, drive: Drive) -> tuple[str, ...]:
     """Return a sentence if the nominal wrist alone, with nothing to disturb it, needs more torque than its motors give.
 
     Args:

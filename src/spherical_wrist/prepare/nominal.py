@@ -10,7 +10,7 @@ from spherical_wrist.dynamics import Nominal
 from spherical_wrist.experiment.timing import Timing
 from spherical_wrist.loop.engine import Engine
 from spherical_wrist.loop.outcome import StoppedError
-from spherical_wrist.prepare.inputs import Motion
+from spherical_wrist.prepare.inputs import HasMotion
 from spherical_wrist.prepare.physics import physics_model
 from spherical_wrist.wrist import Wrist
 
@@ -62,13 +62,13 @@ class NominalModel:
         """Return the handles for the interpreted loop."""
         return self.handles._replace(model=self._model, data=self._data)
 
-    def torque(self, reference: Motion, time: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    def torque(self, reference: HasMotion, time: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
         """Compute the torque [N·m], (n, 3), that makes the nominal model follow the reference at ``time`` [s], (n,)."""
         torque, engine = np.empty((len(time), 3)), self._engine
         engine.inverse_dynamics(self.handles, engine.records(reference.motion(time)), np.empty((3, 3)), torque)
         return torque
 
-    def peak_torque(self, reference: Motion, timing: Timing, stop: Callable[[], bool] = lambda: False) -> float:
+    def peak_torque(self, reference: HasMotion, timing: Timing, stop: Callable[[], bool] = lambda: False) -> float:
         """Compute the largest component [N·m] of the torque for the reference, over axes and control instants.
 
         Raises:

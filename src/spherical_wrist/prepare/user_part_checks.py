@@ -17,7 +17,7 @@ from spherical_wrist.dynamics import MOTION
 from spherical_wrist.errors import LawError, ParameterError, WristError, as_exception, one_line
 from spherical_wrist.loop.engine import interpreted_step
 from spherical_wrist.parameters import Member
-from spherical_wrist.prepare.inputs import Motion
+from spherical_wrist.prepare.inputs import HasMotion
 from spherical_wrist.reference import Reference
 
 Given = TypeVar("Given")
@@ -32,7 +32,7 @@ JUMPS = 0.1
 """Fraction of the instants that may fail, because a motion may have jumps, as a step has."""
 
 
-def checked_motion(reference: Reference, draw: Callable[[], np.random.Generator], duration: float) -> Motion:
+def checked_motion(reference: Reference, draw: Callable[[], np.random.Generator], duration: float) -> HasMotion:
     """Draw the random parameters of a reference; if it is from a user's own file, check every motion that it returns.
 
     Args:

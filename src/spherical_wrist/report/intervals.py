@@ -20,7 +20,7 @@ class Ranks(NamedTuple):
     high: int | None
 
 
-class Interval(NamedTuple):
+class Estimate(NamedTuple):
     """An estimate and its interval; None where there is none."""
 
     value: float | None
@@ -28,7 +28,7 @@ class Interval(NamedTuple):
     high: float | None
 
 
-NOTHING = Interval(None, None, None)
+NOTHING = Estimate(None, None, None)
 
 
 def quantile_ranks(probability: float, count: int) -> Ranks:
@@ -49,12 +49,12 @@ def quantile_ranks(probability: float, count: int) -> Ranks:
     return Ranks(value, low if low >= 1 else None, high if high <= count else None)
 
 
-def wilson(hits: int, count: int) -> Interval:
+def wilson(hits: int, count: int) -> Estimate:
     """A share and its interval after Wilson (1927); nothing of no trials."""
     if not count:
         return NOTHING
     low, high = stats.binomtest(hits, count).proportion_ci(CONFIDENCE, method="wilson")
-    return Interval(hits / count, float(low), float(high))
+    return Estimate(hits / count, float(low), float(high))
 
 
 def above_worst(count: int) -> float:

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from spherical_wrist.campaign.store import Column
-from spherical_wrist.report.intervals import NOTHING, Interval, above_worst, quantile_ranks, wilson
+from spherical_wrist.report.intervals import NOTHING, Estimate, above_worst, quantile_ranks, wilson
 from spherical_wrist.report.sensitivity import SMALLEST
 from spherical_wrist.report.table import FIGURES, UNMEASURED, Table, quoted
 
@@ -93,7 +93,7 @@ def against(table: Table, law: str, other: str, *, intervals: bool) -> dict[str,
     if count:
         ranks = quantile_ranks(0.5, count)
         at = _at_ranks(table, "ratio", "TRUE", [], {rank for rank in ranks if rank}, f"({paired})", [law, other])
-        ratio_of = Interval(*(None if rank is None else finite(at[rank]) for rank in ranks))
+        ratio_of = Estimate(*(None if rank is None else finite(at[rank]) for rank in ranks))
     return {
         **found,
         "share": {"value": won.value, **_ends(won, intervals)},
@@ -160,7 +160,7 @@ def finite(value: float) -> Value:
     return None if value == inf else float(value)
 
 
-def _ends(found: Interval, intervals: bool) -> dict[str, Value]:
+def _ends(found: Estimate, intervals: bool) -> dict[str, Value]:
     return {"low": found.low if intervals else None, "high": found.high if intervals else None}
 
 

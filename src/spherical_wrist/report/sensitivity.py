@@ -8,7 +8,7 @@ from scipy import stats
 
 from spherical_wrist.arrays import Array
 from spherical_wrist.campaign.store import Column
-from spherical_wrist.report.intervals import CONFIDENCE, NOTHING, Correlation, Interval, rank_correlation
+from spherical_wrist.report.intervals import CONFIDENCE, NOTHING, Correlation, Estimate, rank_correlation
 from spherical_wrist.report.table import Table, quoted
 
 MOST_BINS, BLOCKS = 64, 20
@@ -32,7 +32,7 @@ class Sensitivity(NamedTuple):
     """
 
     parameter: str
-    sobol: Interval
+    sobol: Estimate
     spearman: Correlation | None
     episodes: int
 
@@ -53,7 +53,7 @@ def sensitivity(table: Table, law: str, column: Column, design: str) -> Sensitiv
     return Sensitivity(column.name, sobol, _spearman(table, law, column), episodes)
 
 
-def first_order(sums: Array, *, even: bool = False) -> Interval:
+def first_order(sums: Array, *, even: bool = False) -> Estimate:
     """The first-order Sobol index Var(E[y | x]) / Var(y), from sums over the samples in each bin of x and each block.
 
     With bins of x, Var(E[y | x]) is the variance between them (a given-data estimator; Plischke, Borgonovo and Smith,
@@ -77,10 +77,10 @@ def first_order(sums: Array, *, even: bool = False) -> Interval:
     values = np.array([value for value in left_out if value is not None])
     count = len(values)
     if count < 2:
-        return Interval(whole, None, None)
+        return Estimate(whole, None, None)
     error = np.sqrt((count - 1) / count * np.square(values - values.mean()).sum())
     half = float(stats.t.ppf(0.5 * (1.0 + CONFIDENCE), count - 1) * error)
-    return Interval(whole, max(whole - half, 0.0), min(whole + half, 1.0))
+    return Estimate(whole, max(whole - half, 0.0), min(whole + half, 1.0))
 
 
 def _index(sums: Array, even: bool) -> float | None:

@@ -62,7 +62,7 @@ class Trial(NamedTuple):
     score: Score
 
 
-class Batch(NamedTuple):
+class ProposedTrials(NamedTuple):
     """Trials to be scored.
 
     Attributes:
@@ -119,13 +119,13 @@ class Study:
             Trial(number, each.params, Score.from_plain(each.user_attrs[SCORE])) for number, each in enumerate(done)
         ]
 
-    def batches(self, space: Space, sampler: SamplerName, seed: int, trials: int) -> Iterator[Batch]:
+    def batches(self, space: Space, sampler: SamplerName, seed: int, trials: int) -> Iterator[ProposedTrials]:
         """Yield batches of gains to score until there are so many trials. Each must be handed in before the next."""
         while (done := len(self._in_state(TrialState.COMPLETE))) < trials:
             with _quiet(), _explained(self._file):
                 batch = self._proposed(done, space, sampler, seed)[: trials - done]
                 values = [each.params for each in batch]
-            yield Batch(done, values, partial(self._hand_in, batch))
+            yield ProposedTrials(done, values, partial(self._hand_in, batch))
 
     def _proposed(self, done: int, space: Space, sampler: SamplerName, seed: int) -> list[optuna.Trial]:
         """Return the trials of the current batch that are not scored yet; propose the batch if it is a new one."""

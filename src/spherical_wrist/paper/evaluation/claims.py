@@ -26,8 +26,8 @@ from spherical_wrist.paper.evaluation.verdict import (
     REDUCED,
     SAME,
     VISIBLE,
+    ClaimTrial,
     Finding,
-    Trial,
     number,
     same,
     times,
@@ -163,7 +163,7 @@ def plain_is_not_robust(found: Evaluation) -> Finding:
     return Finding(
         "Pure feedback linearisation works with a certain model and has important drawbacks under disturbance.",
         "Introduction; eq. (14)",
-        (Trial("computed torque", pushed >= MUCH * calm, words),),
+        (ClaimTrial("computed torque", pushed >= MUCH * calm, words),),
         f"Theory leaves (H Kp)⁻¹ d = {number(found.unresisted(0.0))} rad.",
     )
 
@@ -237,9 +237,9 @@ def check_claims(found: Evaluation) -> list[Finding]:
     return [claim(found) for claim in CLAIMS]
 
 
-def _trial(variant: str, holds: bool, figures: str, level: float | None = None) -> Trial:
+def _trial(variant: str, holds: bool, figures: str, level: float | None = None) -> ClaimTrial:
     at = "" if level is None else f", {100.0 * level:.0f} %"
-    return Trial(f"{VARIANTS[variant].title}{at}", bool(holds), figures)
+    return ClaimTrial(f"{VARIANTS[variant].title}{at}", bool(holds), figures)
 
 
 def _pair(values: list[float]) -> str:

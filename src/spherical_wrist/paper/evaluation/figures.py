@@ -18,7 +18,7 @@ from spherical_wrist.colours import GREY, INK, ORANGE, PALE, PAPER
 from spherical_wrist.control import FuzzySlidingComputedTorque
 from spherical_wrist.fuzzy.picture import picture
 from spherical_wrist.paper.angle_chart import angles_of_attitude, wrapped
-from spherical_wrist.paper.evaluation.runs import Case, Evaluation
+from spherical_wrist.paper.evaluation.runs import Evaluation, PaperCase
 from spherical_wrist.paper.evaluation.setting import (
     BASELINE,
     DURATION,
@@ -70,7 +70,7 @@ def envelope(run: Run, values: Array) -> Envelope:
 
 def figure_1(found: Evaluation) -> Figure:
     """Draw trajectory following without disturbance: the angles, how far each is off, and the attitude error."""
-    runs = {method: found.runs[Case(method, MAIN, 0.0)] for method in (BASELINE, PROPOSED)}
+    runs = {method: found.runs[PaperCase(method, MAIN, 0.0)] for method in (BASELINE, PROPOSED)}
     desired = angles_of_attitude(runs[BASELINE].desired_attitude)
     with mpl.rc_context(STYLE):
         drawing = Figure(figsize=(WIDTHS["two-column"], 5.2), layout="constrained")
@@ -100,7 +100,7 @@ def figure_2(found: Evaluation) -> Figure:
         axes = drawing.subplots(3, 2, sharex="row", sharey="row")
         for column, variant in enumerate((MAIN, SMOOTH)):
             size, torque, switches = axes[:, column]
-            runs = {method: found.runs[Case(method, "" if method == PLAIN else variant, 0.25)] for method in LOOK}
+            runs = {method: found.runs[PaperCase(method, "" if method == PLAIN else variant, 0.25)] for method in LOOK}
             for method, run in runs.items():
                 _shade(size, _size(run), method, edges=False)
                 # both methods fill the same envelope: one of them is its edges alone

@@ -9,8 +9,8 @@ from spherical_wrist.experiment.description import Experiment
 from spherical_wrist.paper.angle_chart import angles_of_attitude, condition
 from spherical_wrist.paper.angle_dynamics import AngleDynamics
 from spherical_wrist.paper.evaluation import setting
-from spherical_wrist.paper.evaluation.runs import Case, Evaluation, experiment, figure
-from spherical_wrist.paper.evaluation.verdict import MUCH, VISIBLE, Finding, Trial, number
+from spherical_wrist.paper.evaluation.runs import Evaluation, PaperCase, experiment, figure
+from spherical_wrist.paper.evaluation.verdict import MUCH, VISIBLE, ClaimTrial, Finding, number
 from spherical_wrist.simulation.simulate import simulate
 
 WIDE = (0.5, 1.7, 0.5)
@@ -29,7 +29,7 @@ PLANTS: dict[str, dict[str, Any]] = {
 
 def no_singularities(_: Evaluation) -> Finding:
     """Introduction: a large range of motion without singularities."""
-    base = experiment(Case(setting.PLAIN, "", 0.0))
+    base = experiment(PaperCase(setting.PLAIN, "", 0.0))
     reference = {"name": setting.REFERENCE, "amplitude": WIDE}
     run = simulate(base.replaced(reference=reference, actuation=SphericalMotor()))
     angles = angles_of_attitude(run.attitude)
@@ -41,17 +41,17 @@ def no_singularities(_: Evaluation) -> Finding:
         "The spherical motor has a large range of motion with no singularities in its workspace.",
         "Introduction",
         (
-            Trial(
+            ClaimTrial(
                 "ball joint, attitude and body rate",
                 worst < VISIBLE * max(WIDE),
                 f"with computed torque the largest error is {number(worst)} rad",
             ),
-            Trial(
+            ClaimTrial(
                 f"the motor's {SphericalMotor().coils} coils",
                 coils < MUCH,
                 f"the condition number of the torque map is at most {number(coils)}",
             ),
-            Trial(
+            ClaimTrial(
                 "the paper's angles α, β, γ",
                 chart < MUCH,
                 f"the condition number of their rate Jacobian reaches {number(chart)} at the control instants, and "
@@ -66,14 +66,14 @@ def no_singularities(_: Evaluation) -> Finding:
 
 def decoupled(found: Evaluation) -> Finding:
     """Section 2, below eq. (1): each acceleration depends on its own torque alone."""
-    run = found.runs[Case(setting.PLAIN, "", 0.0)]
+    run = found.runs[PaperCase(setting.PLAIN, "", 0.0)]
     mobility = np.linalg.inv(
         AngleDynamics.of(run.experiment.nominal()).inertia_matrix(angles_of_attitude(run.attitude))
     )
     own = np.sqrt(np.diagonal(mobility, axis1=1, axis2=2))
     share = float((np.abs(mobility) / (own[:, :, None] * own[:, None, :]) - np.eye(3)).max())
     trials = [
-        Trial(
+        ClaimTrial(
             "motor by itself, eq. (2)",
             share < VISIBLE,
             f"along the run of figure 1 the largest off-diagonal term of H⁻¹ is {_percent(share)} of the diagonal ones",
@@ -104,9 +104,9 @@ def surface_decouples(_: Evaluation) -> Finding:
 MECHANICS = (no_singularities, decoupled, surface_decouples)
 
 
-def _crosstalk_trial(title: str, law: dict[str, Any], plant: str) -> Trial:
-    share = crosstalk(experiment(Case(setting.PLAIN, "", 0.0)).replaced(law=law, **PLANTS[plant]))
-    return Trial(f"{title}, {plant}", share < VISIBLE, _percent(share))
+def _crosstalk_trial(title: str, law: dict[str, Any], plant: str) -> ClaimTrial:
+    share = crosstalk(experiment(PaperCase(setting.PLAIN, "", 0.0)).replaced(law=law, **PLANTS[plant]))
+    return ClaimTrial(f"{title}, {plant}", share < VISIBLE, _percent(share))
 
 
 def crosstalk(described: Experiment) -> float:

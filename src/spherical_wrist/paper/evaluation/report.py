@@ -6,7 +6,7 @@ from typing import Any
 from spherical_wrist.files import make_folder, write_together
 from spherical_wrist.paper.evaluation import figures, setting
 from spherical_wrist.paper.evaluation.claims import check_claims
-from spherical_wrist.paper.evaluation.runs import Case, Evaluation, evaluate
+from spherical_wrist.paper.evaluation.runs import Evaluation, PaperCase, evaluate
 from spherical_wrist.paper.evaluation.verdict import THRESHOLDS, Finding, number
 from spherical_wrist.recording.runs import record
 from spherical_wrist.simulation.run import versions
@@ -65,7 +65,7 @@ def regenerate(folder: Path) -> dict[str, Any]:
     }
 
 
-def entry(found: Evaluation, case: Case) -> dict[str, Any]:
+def entry(found: Evaluation, case: PaperCase) -> dict[str, Any]:
     """Return one entry of the table as plain data."""
     metrics = found.runs[case].metrics
     return {
@@ -156,7 +156,7 @@ def _table(found: Evaluation) -> str:
     return "\n".join(rows)
 
 
-def _record(found: Evaluation, case: Case, folder: Path) -> str:
+def _record(found: Evaluation, case: PaperCase, folder: Path) -> str:
     name = f"{RECORDINGS}/{case.name}.rrd"
     record(found.runs[case], folder / name)
     return name

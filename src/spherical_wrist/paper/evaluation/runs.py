@@ -13,7 +13,7 @@ from spherical_wrist.simulation.run import Run
 from spherical_wrist.simulation.simulate import simulate
 
 
-class Case(NamedTuple):
+class PaperCase(NamedTuple):
     """Conditions of one run.
 
     Attributes:
@@ -33,7 +33,7 @@ class Case(NamedTuple):
         return "-".join(part for part in parts if part).replace("_", "-")
 
 
-def experiment(case: Case) -> Experiment:
+def experiment(case: PaperCase) -> Experiment:
     """Create the experiment of a case, from the paper's setting."""
     gains = setting.VARIANTS[case.variant].gains[case.method] if case.variant else {}
     tables: dict[str, Any] = {
@@ -47,12 +47,15 @@ def experiment(case: Case) -> Experiment:
     return Experiment(**tables)
 
 
-def cases() -> list[Case]:
+def cases() -> list[PaperCase]:
     """List all cases of the table, in its order."""
     switching = (setting.SLIDING, setting.BASELINE, setting.PROPOSED)
-    plain = [Case(setting.PLAIN, "", level) for level in setting.LEVELS]
+    plain = [PaperCase(setting.PLAIN, "", level) for level in setting.LEVELS]
     return plain + [
-        Case(method, variant, level) for variant in setting.VARIANTS for method in switching for level in setting.LEVELS
+        PaperCase(method, variant, level)
+        for variant in setting.VARIANTS
+        for method in switching
+        for level in setting.LEVELS
     ]
 
 
@@ -65,13 +68,13 @@ class Evaluation(NamedTuple):
         inertia: diagonal of the nominal inertia matrix [kg·m²].
     """
 
-    runs: dict[Case, Run]
+    runs: dict[PaperCase, Run]
     disturbance: float
     inertia: tuple[float, float, float]
 
     def metrics(self, method: str, variant: str, level: float) -> Metrics:
         """Return the metrics of one case."""
-        return self.runs[Case(method, "" if method == setting.PLAIN else variant, level)].metrics
+        return self.runs[PaperCase(method, "" if method == setting.PLAIN else variant, level)].metrics
 
     def error(self, method: str, variant: str, level: float) -> float:
         """Return the RMS steady attitude error of one case [rad]."""
@@ -83,7 +86,7 @@ class Evaluation(NamedTuple):
 
     def ripple(self, method: str, variant: str, level: float) -> float:
         """Compute the standard deviation of |e| over the steady window of one case [rad]."""
-        run = self.runs[Case(method, variant, level)]
+        run = self.runs[PaperCase(method, variant, level)]
         steady = run.time >= setting.STEADY_FROM
         return float(np.std(np.linalg.norm(run.error[steady], axis=1)))
 
@@ -91,7 +94,7 @@ class Evaluation(NamedTuple):
         """Compute the slope of the proposal over that of the baseline, median over the steady window and the axes."""
         slopes = []
         for method in (setting.PROPOSED, setting.BASELINE):
-            run = self.runs[Case(method, variant, level)]
+            run = self.runs[PaperCase(method, variant, level)]
             slopes.append(np.median(run.slope[run.time >= setting.STEADY_FROM]))
         return float(slopes[0] / slopes[1])
 
@@ -113,6 +116,6 @@ def evaluate() -> Evaluation:
     data, inertia = mujoco.MjData(model), np.empty((3, 3))
     mujoco.mj_forward(model, data)
     mujoco.mj_fullM(model, data, inertia)
-    disturbed = runs[Case(setting.PLAIN, "", setting.LEVELS[1])]
+    disturbed = runs[PaperCase(setting.PLAIN, "", setting.LEVELS[1])]
     x, y, z = np.diag(inertia).tolist()
     return Evaluation(runs, float(disturbed.disturbance[0, 0]), (x, y, z))

@@ -4,8 +4,8 @@ import numpy as np
 
 from spherical_wrist.control import ComputedTorque
 from spherical_wrist.paper.evaluation import setting
-from spherical_wrist.paper.evaluation.runs import Case, Evaluation, experiment, figure
-from spherical_wrist.paper.evaluation.verdict import REDUCED, VISIBLE, Finding, Trial, number, times
+from spherical_wrist.paper.evaluation.runs import Evaluation, PaperCase, experiment, figure
+from spherical_wrist.paper.evaluation.verdict import REDUCED, VISIBLE, ClaimTrial, Finding, number, times
 from spherical_wrist.paper.lyapunov import monitor, reaching
 from spherical_wrist.simulation.run import Run
 from spherical_wrist.simulation.simulate import simulate
@@ -26,7 +26,7 @@ def linear_error(_: Evaluation) -> Finding:
     return Finding(
         "Computed torque with a perfect model leaves the linear error dynamics ë + Kv ė + Kp e = 0.",
         "eq. (15)",
-        (Trial("computed torque", worst < VISIBLE * size, f"{words}, {100.0 * worst / size:.2g} % of it"),),
+        (ClaimTrial("computed torque", worst < VISIBLE * size, f"{words}, {100.0 * worst / size:.2g} % of it"),),
         "The difference is what the torque held over 1 ms and the curvature of SO(3) leave.",
     )
 
@@ -39,7 +39,7 @@ def finite_reaching(_: Evaluation) -> Finding:
         found, period = reaching(run), run.experiment.control_period
         pairs = ", ".join(f"{_time(t)} ≤ {_time(b)}" for t, b in zip(found.measured, found.bound, strict=True))
         good = bool(np.isfinite(found.bound).all() and (found.measured <= found.bound + period).all())
-        trials.append(Trial(f"{setting.TITLES[method]}, {setting.VARIANTS[variant].title}", good, f"{pairs} s"))
+        trials.append(ClaimTrial(f"{setting.TITLES[method]}, {setting.VARIANTS[variant].title}", good, f"{pairs} s"))
     return Finding(
         "The sliding surface is reached in a finite time of at most |S(0)|/η.",
         "eq. (18)–(22), abstract",
@@ -52,14 +52,14 @@ def finite_reaching(_: Evaluation) -> Finding:
 
 def lyapunov_decrease(found: Evaluation) -> Finding:
     """Eq. (41)–(43), along the runs of the table."""
-    along = {variant: monitor(found.runs[Case(setting.PROPOSED, variant, 0.25)]) for variant in setting.EQUAL}
+    along = {variant: monitor(found.runs[PaperCase(setting.PROPOSED, variant, 0.25)]) for variant in setting.EQUAL}
     needed = {variant: float(np.abs(run.mismatch).max()) for variant, run in along.items()}
     rising = float(np.mean(along[setting.MAIN].sampled_rate > 0.0))
     return Finding(
         "The law guarantees V̇ ≤ −Σ η |S|, and with it stability and robustness.",
         "eq. (36)–(43)",
         tuple(
-            Trial(
+            ClaimTrial(
                 setting.VARIANTS[variant].title,
                 run.failing_fraction == 0.0 and run.all_covered_fraction == 1.0,
                 f"eq. (42) requires {number(needed[variant])} N·m, K is {number(float(run.K.min()))} N·m; eq. (43) "
@@ -74,14 +74,16 @@ def lyapunov_decrease(found: Evaluation) -> Finding:
 
 def adaptation(found: Evaluation) -> Finding:
     """Adaptive mechanism of the abstract, for which the paper gives no equations."""
-    trials = [Trial("as the paper has it", False, "it gives no equations of an adaptation")]
+    trials = [ClaimTrial("as the paper has it", False, "it gives no equations of an adaptation")]
     for variant in setting.EQUAL:
-        fixed = Case(setting.PROPOSED, variant, 0.25)
+        fixed = PaperCase(setting.PROPOSED, variant, 0.25)
         law = {"name": ADAPTIVE, **setting.VARIANTS[variant].gains[setting.PROPOSED]}
         error = figure(simulate(experiment(fixed).replaced(law=law)).metrics.rms_error_rad)
         before = found.error(*fixed)
         words = f"{number(before)} → {number(error)} rad at 25 %, {times(error, before)} the error"
-        trials.append(Trial(f"our adaptation law, {setting.VARIANTS[variant].title}", error <= REDUCED * before, words))
+        trials.append(
+            ClaimTrial(f"our adaptation law, {setting.VARIANTS[variant].title}", error <= REDUCED * before, words)
+        )
     return Finding(
         "An adaptive mechanism on the fuzzy controller improves the tracking.",
         "Abstract",
@@ -94,7 +96,7 @@ THEOREMS = (linear_error, finite_reaching, lyapunov_decrease, adaptation)
 
 
 def _off(method: str, variant: str, level: float) -> Run:
-    return simulate(experiment(Case(method, variant, level)).replaced(initial_error=OFF))
+    return simulate(experiment(PaperCase(method, variant, level)).replaced(initial_error=OFF))
 
 
 def _time(value: float) -> str:

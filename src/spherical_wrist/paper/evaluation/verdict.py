@@ -24,7 +24,7 @@ THRESHOLDS = (
 """The thresholds in words."""
 
 
-class Verdict(StrEnum):
+class ClaimVerdict(StrEnum):
     """Verdict on a claim."""
 
     REPRODUCED = "reproduced"
@@ -32,7 +32,7 @@ class Verdict(StrEnum):
     NOT_REPRODUCED = "not reproduced"
 
 
-class Trial(NamedTuple):
+class ClaimTrial(NamedTuple):
     """Trial of a claim under one condition.
 
     Attributes:
@@ -58,16 +58,16 @@ class Finding(NamedTuple):
 
     claim: str
     source: str
-    trials: tuple[Trial, ...]
+    trials: tuple[ClaimTrial, ...]
     remark: str = ""
 
     @property
-    def verdict(self) -> Verdict:
+    def verdict(self) -> ClaimVerdict:
         """Verdict, from the trials alone."""
         held = [trial.holds for trial in self.trials]
         if all(held):
-            return Verdict.REPRODUCED
-        return Verdict.CONDITIONAL if any(held) else Verdict.NOT_REPRODUCED
+            return ClaimVerdict.REPRODUCED
+        return ClaimVerdict.CONDITIONAL if any(held) else ClaimVerdict.NOT_REPRODUCED
 
     @property
     def evidence(self) -> str:

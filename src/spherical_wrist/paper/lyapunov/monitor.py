@@ -17,7 +17,7 @@ ROUNDING = 1e-12
 """Tolerance of eq. (42) and (43) as a fraction of K_i, so that η may be the margin itself."""
 
 
-class Interval(NamedTuple):
+class TimeSpan(NamedTuple):
     """First and last control instant [s] of an interval."""
 
     start: float
@@ -138,14 +138,14 @@ class Lyapunov:
         return float(self.time[at]), float(self.rate[at] - self.allowed_rate[at])
 
     @property
-    def first_failure(self) -> Interval | None:
+    def first_failure(self) -> TimeSpan | None:
         """First interval in which eq. (43) fails; None if there is none."""
         failing = np.flatnonzero(self.fails)
         if not len(failing):
             return None
         after = np.flatnonzero(~self.fails[failing[0] :])
         end = failing[0] + after[0] - 1 if len(after) else len(self.fails) - 1
-        return Interval(float(self.time[failing[0]]), float(self.time[end]))
+        return TimeSpan(float(self.time[failing[0]]), float(self.time[end]))
 
     @property
     def _rounding(self) -> Array:
