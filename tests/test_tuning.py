@@ -536,6 +536,10 @@ def test_the_picture_marks_default_front_and_choices(tmp_path):
     drawing.savefig(tmp_path / "front.png")
     assert imread(tmp_path / "front.png").std() > 0.01
     front_picture(summary_of(found_with([None, None]))).savefig(tmp_path / "none.png")
+    both, _ = front_picture(summary_of(found_with([(1.0, 1.0), (0.5, 0.5)]))).axes
+    named = [line for line in both.get_lines() if line.get_label().startswith("trial")]
+    assert [line.get_label() for line in named] == ["trial 1, more precise and calmer: error × 0.5, chattering × 0.5"]
+    assert named[0].get_xydata().tolist() == [[0.5, 0.5]]
 
 
 def test_the_command_says_in_one_line_that_optuna_is_not_there(wrist, monkeypatch):

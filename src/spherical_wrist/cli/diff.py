@@ -114,12 +114,12 @@ def _print(found: RunDifference, runs: tuple[Run, Run], paths: tuple[Path, Path]
 
 
 def _columns(console: Console, title: str, headings: list[str], rows: list[list[Entry]]) -> None:
-    """Print a table whose values wrap if the terminal is too narrow."""
+    """Print a table whose values wrap if the terminal is too narrow; names and units do not."""
     table = Table(
         title=title, title_justify="left", title_style="bold", box=None, padding=(0, 2, 0, 0), header_style="dim"
     )
     for heading in headings:
-        table.add_column(Text(heading), overflow="fold")
+        table.add_column(Text(heading), overflow="fold", no_wrap=heading not in ("A", "B"))
     for row in rows:
         table.add_row(*(Text(entry) if isinstance(entry, str) else entry for entry in row))
     console.print(table)

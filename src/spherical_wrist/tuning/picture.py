@@ -1,7 +1,7 @@
 """Picture of a search: the Pareto front, and the gains on it."""
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
 import matplotlib as mpl
 import numpy as np
@@ -15,7 +15,10 @@ from spherical_wrist.picture_axes import logarithmic, text_width, wrapped
 from spherical_wrist.picture_style import FOR_ONE_COLUMN, SMALL, STYLE, TEXT, WIDTHS
 from spherical_wrist.plain_text import literal
 
-MARKERS = {"precise": "^", "calm": "s"}
+MARKERS, BOTH = {"precise": "^", "calm": "s"}, "*"
+"""Markers of the trials that beat the default gains in one figure, and of one that does so in both."""
+SIZES, ASIDE = {"^": 7.0, "s": 7.0, BOTH: 11.0}, {"^": -0.14, "s": 0.14, BOTH: 0.0}
+"""By marker: its size on the front [pt], and its distance from the middle of a gain's row."""
 WORDS = {"precise": ("more precise", "error"), "calm": ("calmer", "chattering")}
 X, Y = "chattering_Nm_per_s", "rms_error_rad"
 FURTHEST = 10.0
@@ -99,11 +102,9 @@ def _front(panel: Axes, table: Mapping[str, Any], length: float) -> None:
             panel, [default], "D", color=DEFAULT, markersize=5.0, markerfacecolor="white", markeredgewidth=1.2,
             label="default gains",
         )  # fmt: skip
-    for key, marker in MARKERS.items():
-        for point in _chosen(table, key):
-            word, figure = WORDS[key]
-            label = f"trial {point['trial']}, {word}: {figure} × {point[f'{figure}_ratio']:.2g}"
-            _dots(panel, [point], marker, color=FRONT, markersize=7.0, markeredgecolor="white", label=label, zorder=4)
+    for choice in _choices(table):
+        look = {"color": FRONT, "markersize": SIZES[choice.marker], "markeredgecolor": "white", "zorder": 4}
+        _dots(panel, [choice.point], choice.marker, label=choice.label, **look)
 
 
 def _dots(panel: Axes, points: list[Mapping[str, Any]], marker: str, **look: Any) -> None:
@@ -117,9 +118,37 @@ def _points(panel: Axes) -> list[Any]:
     return [line for line in panel.get_lines() if not str(line.get_label()).startswith("_")]
 
 
-def _chosen(table: Mapping[str, Any], key: str) -> list[Mapping[str, Any]]:
-    """Return the trial that beats the default gains in one figure without losing in the other, if there is one."""
-    return [point for point in table["front"] if point["trial"] == table[key] and point["trial"] != 0]
+class Choice(NamedTuple):
+    """Trial that beats the default gains in one figure without losing in the other, or in both.
+
+    Attributes:
+        marker: its marker.
+        point: the trial.
+        name: name in short.
+        label: name and figures.
+    """
+
+    marker: str
+    point: Mapping[str, Any]
+    name: str
+    label: str
+
+
+def _choices(table: Mapping[str, Any]) -> list[Choice]:
+    """Return the trials that the picture names: none, one or two."""
+    named: dict[int, list[str]] = {}
+    for key in MARKERS:
+        if table[key]:  # 0 is the default
+            named.setdefault(table[key], []).append(key)
+    found = []
+    for point in table["front"]:
+        keys = named.get(point["trial"], [])
+        if keys:
+            words = " and ".join(WORDS[key][0] for key in keys)
+            figures = ", ".join(f"{WORDS[key][1]} × {point[f'{WORDS[key][1]}_ratio']:.2g}" for key in keys)
+            marker = MARKERS[keys[0]] if len(keys) == 1 else BOTH
+            found.append(Choice(marker, point, f"the {words} trial", f"trial {point['trial']}, {words}: {figures}"))
+    return sorted(found, key=lambda choice: choice.marker != MARKERS["precise"])
 
 
 def _varied(table: Mapping[str, Any]) -> list[Mapping[str, Any]]:
@@ -139,10 +168,10 @@ def _gains(panel: Axes, table: Mapping[str, Any], length: float) -> None:
         if factors:
             middle = np.quantile(factors, (0.25, 0.75))
             panel.plot(middle, (row, row), color=FRONT, alpha=0.45, linewidth=5.0, solid_capstyle="butt")
-        for (key, marker), aside in zip(MARKERS.items(), (-0.14, 0.14), strict=True):
-            for point in _chosen(table, key):
-                factor = point["values"][each["name"]] / each["default"]
-                panel.plot(factor, row + aside, marker, color=FRONT, markersize=5.0, markeredgecolor="white", zorder=4)
+        for choice in _choices(table):
+            factor = choice.point["values"][each["name"]] / each["default"]
+            look = {"color": FRONT, "markersize": 0.75 * SIZES[choice.marker], "markeredgecolor": "white", "zorder": 4}
+            panel.plot(factor, row + ASIDE[choice.marker], choice.marker, **look)
     panel.axvline(1.0, color=DEFAULT, linewidth=0.6, linestyle="--", zorder=1)
     panel.set_yticks(range(len(shown)), [each["name"].removeprefix("law.") for each in shown])
     panel.set(xlabel="gain [× default]", ylim=(len(shown) - 0.4, -0.6))
@@ -159,8 +188,7 @@ def _bars(table: Mapping[str, Any]) -> list[Line2D]:
         if table["front"]:
             entries.append(Line2D([], [], color=FRONT, alpha=0.45, linewidth=5.0, label="middle half of the front"))
         entries += [
-            Line2D([], [], color=FRONT, linestyle="", marker=marker, markersize=5.0, label=f"the {WORDS[key][0]} trial")
-            for key, marker in MARKERS.items()
-            if _chosen(table, key)
+            Line2D([], [], color=FRONT, linestyle="", marker=choice.marker, markersize=5.0, label=choice.name)
+            for choice in _choices(table)
         ]
     return entries
