@@ -96,12 +96,16 @@ def kinds() -> dict[str, Kind]:
     from spherical_wrist.experiment.description import PARTS, Experiment
     from spherical_wrist.experiment.options import FLAGS
     from spherical_wrist.experiment.presets import HARDWARE
+    from spherical_wrist.package_files import package_files
 
     found = [_family(part, family, FLAGS.get(part, f"--set {part}")) for part, family in PARTS.items()]
     found += [
         Kind("experiment", ("parameters", "settings"), "its parameters: --set", lambda: _fields(Experiment)),
         Kind("hardware", (), "presets of sensors and motors: --hardware", lambda: _plain(HARDWARE)),
-        Kind("wrists", ("wrist", "models", "model"), "wrist models: --model", lambda: {"wrist": _wrist(None)}, _wrist),
+        Kind("wrists", ("wrist", "models", "model"), "wrist models: --model",
+             lambda: {name: _wrist(name) for name in package_files("model")}, _wrist),
+        Kind("motions", ("motion",), "recorded motions: --reference recorded:NAME",
+             lambda: {name: _motion(name) for name in package_files("motion")}, _motion),
         Kind("cases", ("case", "suite"), "cases of wrist compare: --case", lambda: {e.name: _case(e) for e in DEFAULT}),
         Kind("axes", ("axis",), "axes of wrist frontier: --axis", lambda: {n: _axis(a) for n, a in AXES.items()}),
         Kind("metrics", ("metric", "figures"), "figures of merit of a run, as in JSON and bounds", _metrics,
@@ -236,7 +240,7 @@ def _metrics() -> dict[str, Entry]:
 
     return {
         name: {
-            "summary": metric.meaning,
+            "summary": f"{metric.label}: {metric.meaning}",
             "label": metric.label,
             "unit": metric.unit,
             "meaning": metric.meaning,
@@ -281,26 +285,38 @@ def _guides() -> dict[str, Entry]:
     return {name: {"summary": read_guide(name).title} for name in NAMES}
 
 
-def _wrist(file: str | None) -> Entry:
-    """Return the parts and figures of a wrist model: that of the package, or of an MJCF file."""
+def _wrist(file: str) -> Entry:
+    """Return the parts and figures of a wrist model: one of the package, or an MJCF file."""
     import numpy as np
 
     from spherical_wrist.experiment.description import Experiment
 
-    wrist = Experiment(model=None if file is None else Path(file)).nominal()
+    wrist = Experiment(model=Path(file)).nominal()
     model = wrist.model
     largest = np.abs(wrist.motors) @ wrist.upper
     names = [model.actuator(number).name for number in range(model.nu)]
+    mass, lever = float(model.body_subtreemass[wrist.body]), 1e3 * float(np.linalg.norm(wrist.lever))
     return {
-        "summary": "wrist of the package" if file is None else f"wrist in {file}",
+        "summary": f"{mass:.3g} kg, tip {lever:.3g} mm from the joint, torque up to {_listed(largest)} N·m",
         "joint": model.joint(0).name,
         "motors": names,
         "largest_torque_Nm": [float(each) if np.isfinite(each) else None for each in largest],
-        "moving_mass_kg": float(model.body_subtreemass[wrist.body]),
+        "moving_mass_kg": mass,
         "lever_m": [float(each) for each in wrist.lever],
         "timestep_s": float(model.opt.timestep),
         "warnings": list(wrist.warnings),
     }
+
+
+def _listed(limits: Any) -> str:
+    return ", ".join(f"{each:.3g}" for each in limits)
+
+
+def _motion(file: str) -> Entry:
+    """Return what a recorded motion is: one of the package, or a file."""
+    from spherical_wrist.reference import Reference
+
+    return {"summary": Reference.resolve(f"recorded:{file}", default="").about()}
 
 
 # --- one kind, or one thing
