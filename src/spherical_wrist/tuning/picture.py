@@ -103,8 +103,13 @@ def _front(panel: Axes, table: Mapping[str, Any], length: float) -> None:
             label="default gains",
         )  # fmt: skip
     for choice in _choices(table):
-        look = {"color": FRONT, "markersize": SIZES[choice.marker], "markeredgecolor": "white", "zorder": 4}
-        _dots(panel, [choice.point], choice.marker, label=choice.label, **look)
+        mark: dict[str, Any] = {
+            "color": FRONT,
+            "markersize": SIZES[choice.marker],
+            "markeredgecolor": "white",
+            "zorder": 4,
+        }
+        _dots(panel, [choice.point], choice.marker, label=choice.label, **mark)
 
 
 def _dots(panel: Axes, points: list[Mapping[str, Any]], marker: str, **look: Any) -> None:
@@ -170,7 +175,12 @@ def _gains(panel: Axes, table: Mapping[str, Any], length: float) -> None:
             panel.plot(middle, (row, row), color=FRONT, alpha=0.45, linewidth=5.0, solid_capstyle="butt")
         for choice in _choices(table):
             factor = choice.point["values"][each["name"]] / each["default"]
-            look = {"color": FRONT, "markersize": 0.75 * SIZES[choice.marker], "markeredgecolor": "white", "zorder": 4}
+            look: dict[str, Any] = {
+                "color": FRONT,
+                "markersize": 0.75 * SIZES[choice.marker],
+                "markeredgecolor": "white",
+                "zorder": 4,
+            }
             panel.plot(factor, row + ASIDE[choice.marker], choice.marker, **look)
     panel.axvline(1.0, color=DEFAULT, linewidth=0.6, linestyle="--", zorder=1)
     panel.set_yticks(range(len(shown)), [each["name"].removeprefix("law.") for each in shown])
