@@ -140,7 +140,7 @@ def _against(name: str, figure: float | None, bound: float) -> str:
 
 
 def _replay(experiment: Experiment) -> str:
-    """The command that replays an experiment, or what stands in the way of one."""
+    """Return the command that replays an experiment, or the reason why there is none."""
     law = type(experiment.law)
     try:
         Law.member(law_address(law))  # the file of a test may need what only pytest gives it

@@ -301,7 +301,7 @@ _LISTS, _TEXTS = ("units", "groups"), ("unit", "symbol", "title", "meaning")
 
 
 def channel_of(entry: Mapping[str, Any], name: str) -> Channel:
-    """Return the channel that a recording describes, with what the table knows of it besides.
+    """Return the channel that a recording describes, completed from the table.
 
     Args:
         entry: entries as :func:`description_of` returns them.

@@ -75,7 +75,7 @@ class _Collector:
         return name
 
     def _add_text(self, text: str, near: type | FunctionType) -> None:
-        """Add the text of a statement after what it names, as seen from a class or function."""
+        """Add the text of a statement after the definitions of the names in it, as seen from a class or function."""
         for name in sorted(_names(text)):
             value = _lookup(near, name)
             if value is not _NOTHING:
@@ -91,7 +91,7 @@ class _Collector:
         return False
 
     def _add_value(self, name: str, value: Any, near: type | FunctionType) -> None:
-        """Add what a name stands for."""
+        """Add the definition of a name."""
         if isinstance(value, ModuleType):
             if not self._known(name, value):
                 self._add_module(name, value)
@@ -118,7 +118,7 @@ class _Collector:
                 self.modules[beside.name] = beside.read_bytes()
 
     def _add_other(self, name: str, value: Any, near: type | FunctionType) -> None:
-        """Add a constant, or what an installed module or the package defines."""
+        """Add a constant, or the import of a definition of an installed module or of the package."""
         offer = _offer(name, value)
         if offer is not None:
             home, original = offer
@@ -198,7 +198,7 @@ def _code(function: FunctionType) -> CodeType:
 
 
 def _lookup(definition: type | FunctionType, name: str) -> Any:
-    """Return what a name stands for where a class or function was defined; nothing for names that are not known."""
+    """Return the value of a name where a class or function was defined; nothing for unknown names."""
     home = vars(sys.modules[definition.__module__]) if definition.__module__ in sys.modules else {}
     for function in _functions(definition):
         inner = dict(zip(function.__code__.co_freevars, function.__closure__ or (), strict=True))

@@ -1,4 +1,4 @@
-"""Exceptions that say what was given, what is valid and what to do.
+"""Exceptions, whose messages name the given value, the valid ones and a remedy.
 
 Every error that the package raises on purpose is a :class:`WristError` with a message of one line. A run that diverges
 is not an error but an outcome.
@@ -33,11 +33,11 @@ class ViewerError(WristError):
 
 
 class Interruption(BaseException):
-    """Base of what ends a command from outside, such as a signal: no handler of errors catches it."""
+    """Base of interruptions from outside, such as a signal: no handler of errors catches them."""
 
 
 def as_exception(error: BaseException) -> Exception:
-    """Return what a user's code raised as an exception, since it may raise anything, such as SystemExit.
+    """Return an error raised by a user's code as an ``Exception``, since it may be any, such as SystemExit.
 
     Raises:
         BaseException: the same again, where it came from outside.

@@ -36,7 +36,7 @@ class Result:
         raise NotImplementedError
 
     def _repr_html_(self) -> str:
-        """Return what a notebook shows: headline, figures, and a small picture."""
+        """Return the HTML for a notebook: headline, figures, and a small picture."""
         html: str = self._view().html()
         return html
 
@@ -98,5 +98,5 @@ class Result:
 
 
 def counted(count: int, word: str) -> str:
-    """Return a number of things in words: "1 law", "2 laws"."""
+    """Return a count with its noun: "1 law", "2 laws"."""
     return f"{count:,} {word}{'s' * (count != 1)}"

@@ -115,7 +115,7 @@ def _inverse(motors: bytes) -> Array:
 
 
 def aim(drive: Drive, seen: Quaternion, rate: Any, age: float, limit: Array) -> None:
-    """Find the torque map of the coils for the next torque command, and what the motors can give.
+    """Find the torque map of the coils for the next torque command, and the limits of the motors.
 
     Coils get the currents for the attitude in which they will act, that predicted for the middle of the period and the
     lag after it: they are held while the rotor turns on, and at 3 rad/s and 1 ms the field of eight poles has turned

@@ -152,7 +152,7 @@ def changes_of(values: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def counter(given: ProgressGiven | None, doing: str) -> Callable[[int, int], None]:
-    """Return a function of what is done and of the total.
+    """Return a progress function of the numbers of finished and of all runs.
 
     Args:
         given: such a function, True for a line on the error stream, or nothing.

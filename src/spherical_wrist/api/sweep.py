@@ -75,7 +75,7 @@ class CampaignResults(Result):
         return summary(self.episodes)
 
     def run(self, id_: int) -> Run:
-        """Simulate an episode again, and check it against what is stored.
+        """Simulate an episode again, and check it against the stored one.
 
         Args:
             id_: id of the episode.

@@ -1,4 +1,4 @@
-"""Base of the views of results: what is shown of one, in a notebook, as a picture, as tables and in files."""
+"""Base of the views of results: notebook, picture, tables and files."""
 
 import base64
 import json

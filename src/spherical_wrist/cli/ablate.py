@@ -40,7 +40,7 @@ def command(
     jobs: Jobs = None,
     json: Json = False,
 ) -> None:
-    """Switch off each part of a law in turn, and compute what it was worth.
+    """Switch off each part of a law in turn, and compare the law without it.
 
     The parts are those that the law declares, with the parameters that switch them off. Figures are of the default
     experiment, or of the one that the options describe: precision and chattering on realistic hardware, precision under

@@ -71,14 +71,14 @@ def guides(incomplete: str) -> Offer:
 
 
 def kinds(incomplete: str) -> Offer:
-    """Complete a kind of things that wrist list knows."""
+    """Complete a kind of entries of wrist list."""
     from spherical_wrist.cli.list import kinds as known
 
     return _offer(((name, kind.meaning) for name, kind in known().items()), incomplete)
 
 
 def listed(context: Context, incomplete: str) -> Offer:
-    """Complete the name of a thing of the kind that is given before it."""
+    """Complete the name of an entry of the kind that is given before it."""
     from spherical_wrist.cli.list import kinds as known
 
     word = context.params.get("kind") or ""

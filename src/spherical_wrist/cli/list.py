@@ -35,7 +35,7 @@ Entry = dict[str, Any]
 
 
 class Kind(NamedTuple):
-    """Kind of things that can be listed.
+    """Kind of entries that can be listed.
 
     Attributes:
         name: key in JSON, and name on the command line.
@@ -90,7 +90,7 @@ def command(
 
 
 def kinds() -> dict[str, Kind]:
-    """Return every kind of things that can be listed, by name."""
+    """Return every kind of entries that can be listed, by name."""
     from spherical_wrist.comparison.cases import DEFAULT
     from spherical_wrist.experiment.axes import AXES
     from spherical_wrist.experiment.description import PARTS, Experiment
@@ -151,7 +151,7 @@ def family_meaning(part: str) -> str:
 
 
 def describe_member(member: type[Member]) -> Entry:
-    """Return what the class of a law, reference, disturbance, sensor or motor says of itself."""
+    """Return the declarations of a law, reference, disturbance, sensor or motor."""
     from spherical_wrist.control import Law
 
     described = _describe(member)
@@ -375,7 +375,7 @@ def _show_one(kind: Kind, name: str, json: bool) -> None:
 
 
 def _docstring(kind: Kind, name: str) -> str:
-    """Return the docstring of a member of a part; empty for other things."""
+    """Return the docstring of a member of a part; empty for other objects."""
     from spherical_wrist.experiment.description import PARTS
 
     for part, family in PARTS.items():

@@ -1,4 +1,4 @@
-"""Right commands for what was nearly one: other words for a command, and files or names in the wrong place."""
+"""Suggestions for commands that are nearly right: synonyms, and files or names in the wrong place."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ OWN_LAW = re.compile(r"\.py(:\w|$)")
 
 
 def unknown_command(word: str, rest: list[str], commands: Iterable[str]) -> ParameterError:
-    """Return the error for a command that does not exist, with the one that does what was meant."""
+    """Return the error for a command that does not exist, with the intended one."""
     near = get_close_matches(word.lower(), list(commands), n=1, cutoff=0.7)
     if near:
         return ParameterError(f"no command {word!r}: did you mean wrist {shlex.join([near[0], *rest])}?")
@@ -96,7 +96,7 @@ def misplaced_experiment(given: Path, command: str) -> ParameterError | None:
 
 
 def explained(error: TyperException) -> str:
-    """Return the text of an error about the command line in one line, with what to do."""
+    """Return the text of an error about the command line in one line, with advice."""
     text = error.format_message() if hasattr(error, "format_message") else str(error)
     context = getattr(error, "ctx", None)
     path = "wrist" if context is None else context.command_path

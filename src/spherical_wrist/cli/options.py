@@ -18,7 +18,7 @@ Changes = Mapping[str, Any]
 
 
 def _check_place(context: Context, file: Path | None) -> Path | None:
-    """Refuse what is no experiment file, with the option that it belongs to."""
+    """Refuse a file that is no experiment file, and name the option that it belongs to."""
     if file is not None and file.suffix != ".toml":
         from spherical_wrist.cli.near_misses import misplaced_experiment
 
@@ -92,7 +92,7 @@ Jobs = Annotated[int | None, Option("--jobs", metavar="N", help="runs at a time 
 def read_experiment(
     file: Path | None, hardware: str | None, changes: Changes, settings: list[str] | None
 ) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Read what the shared options say of an experiment.
+    """Read the experiment from the shared options.
 
     Returns:
         Tables of the experiment file on that hardware; and the values of options and ``--set``, keyed by dotted name,

@@ -35,7 +35,7 @@ def complain(text: str, kind: str = "error") -> None:
 
 
 def warned(text: str) -> None:
-    """Print a warning in one line on the error stream, with ``--quiet`` too: a doubtful run is never silent."""
+    """Print a warning in one line on the error stream, with ``--quiet`` too."""
     complain(text, "warning")
 
 
@@ -46,7 +46,7 @@ def say(text: object) -> None:
 
 
 def flush_errors() -> None:
-    """Write out the error stream and drop what cannot be written, with which Python would end with exit code 120."""
+    """Flush the error stream, and drop text that cannot be written, for which Python would end with exit code 120."""
     try:
         sys.stderr.flush()
     except (OSError, ValueError):
@@ -54,7 +54,7 @@ def flush_errors() -> None:
 
 
 def discard(name: str = "stdout") -> None:
-    """Send what a stream still holds to the null device: at its end Python would try to write it again, and fail."""
+    """Send the buffered text of a stream to the null device, since Python would try to write it again at its end."""
     with suppress(OSError, ValueError):
         sink = os.open(os.devnull, os.O_WRONLY)
         os.dup2(sink, getattr(sys, name).fileno())

@@ -35,7 +35,7 @@ class Terminal(Console):
         super().print(*(visible(each) if isinstance(each, str) else each for each in objects), **options)
 
     def render(self, renderable: RenderableType, options: ConsoleOptions | None = None) -> Iterable[Segment]:
-        """Render what is printed, with control characters made visible; the styles are added later."""
+        """Render text for printing, with control characters made visible; the styles are added later."""
         for segment in super().render(renderable, options):
             yield segment if segment.control else Segment(visible(segment.text), segment.style)
 

@@ -26,7 +26,7 @@ def import_mujoco_without_window() -> None:
 
 @contextmanager
 def pandas_hidden() -> Iterator[None]:
-    """Hide pandas, if it is not imported yet, from what is imported inside.
+    """Hide pandas from the imports inside, if it is not imported yet.
 
     Pyarrow imports pandas, where it is installed, before it converts any value, to see whether it is one of pandas':
     0.35 s. There is no setting against it. A pyarrow that has not found pandas does not look again, so that this is for

@@ -54,7 +54,7 @@ if numba.config.DISABLE_JIT:
 
 @atexit.register
 def _end_quickly() -> None:
-    """Keep Python from looking for garbage among what numba made when the process ends, which takes half a second."""
+    """Skip Python's garbage collection of numba's objects when the process ends, which takes half a second."""
     if "_duckdb" not in sys.modules:  # it complains of objects that nobody frees
         gc.freeze()
 
@@ -316,7 +316,7 @@ def _type_of_function(function: Any, context: Any) -> Any:
 
 
 def _unrolled(function: FunctionType, task: Task) -> dict[str, Any]:
-    """Return numba's own ``literal_unroll`` by the global names of what stands for it in a function."""
+    """Return numba's own ``literal_unroll`` by the global names of its stand-in in a function."""
     return {
         name: numba.literal_unroll
         for name in function.__code__.co_names
@@ -326,7 +326,7 @@ def _unrolled(function: FunctionType, task: Task) -> dict[str, Any]:
 
 
 def _unrolling(function: FunctionType, task: Task) -> FunctionType:
-    """Return a function that names numba's own ``literal_unroll``, if it names what that stands for.
+    """Return a function that names numba's own ``literal_unroll`` in place of the stand-in.
 
     Numba looks for that object before it asks for types.
     """
@@ -375,7 +375,7 @@ class _Codegen(JITCPUCodegen):  # type: ignore[misc]
     _library_class = _Fragment
 
     def set_env(self, env_name: str, env: Any) -> None:
-        """Leave out what a function would raise Python exceptions with: callers only see that it failed."""
+        """Leave out the data for Python exceptions: callers only see that a function failed."""
 
 
 _codegen = cache(lambda: _Codegen("spherical_wrist"))

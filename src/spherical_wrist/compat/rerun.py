@@ -17,7 +17,7 @@ LIBRARY = "rerun-sdk"
 
 
 def strict_errors() -> AbstractContextManager[Any]:
-    """Raise what Rerun cannot store, in this thread, instead of dropping the data with a warning.
+    """Raise an error for data that Rerun cannot store, in this thread, instead of dropping them with a warning.
 
     The public ``rr.set_strict_mode`` changes the mode of the whole process.
     """

@@ -53,7 +53,7 @@ def finite(value: float | None) -> float | None:
 
 
 def shipped() -> dict[str, Any]:
-    """Return what the package ships: the object described above."""
+    """Return the object described above, from the file in the package."""
     found: dict[str, Any] = json.loads(files("spherical_wrist.design").joinpath(NAME).read_text(encoding="utf-8"))
     return found
 

@@ -85,7 +85,7 @@ class EpisodeBatch:
         return {name: value.copy() if value.ndim else float(value) for name, value in taken.items()}
 
     def reset(self, experiments: Mapping[int, Experiment]) -> None:
-        """Begin new episodes. What is doubtful about their model or motion is a Python warning.
+        """Begin new episodes. Doubts about their model or motion are Python warnings.
 
         Args:
             experiments: experiments of the new episodes, by index of the environment.

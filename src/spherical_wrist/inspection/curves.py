@@ -41,7 +41,7 @@ def telling_rows(values: Array, bins: int = BINS) -> npt.NDArray[np.intp]:
 
 
 def drawable(values: Array) -> Array:
-    """A copy in which what is not finite, or huge, is not a number."""
+    """Return a copy in which numbers that are not finite, or huge, are not-a-number."""
     return np.where(np.abs(values) < _HUGE, values, np.nan)
 
 

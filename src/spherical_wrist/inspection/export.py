@@ -95,7 +95,7 @@ def _batches(found: list[Column], schema: pa.Schema) -> Iterator[pa.RecordBatch]
 
 
 class _Pieces(io.RawIOBase):
-    """A file that is only written to, from its beginning to its end, and gives away what it has got so far."""
+    """Write-only file that hands out its content piece by piece."""
 
     def __init__(self) -> None:
         self._pieces: list[bytes] = []

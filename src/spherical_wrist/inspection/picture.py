@@ -184,7 +184,7 @@ def over_time(axes: Sequence[Axes], panels: Sequence[Panel], run: Run, label: st
 
 
 def axis_label(run: Run) -> str:
-    """Return the label of the axis of time, which says what the shades and the mark are."""
+    """Return the label of the axis of time, which explains the shades and the mark."""
     start, until = run.measurement.steady_from, run.measurement.steady_until
     words = f"time [s] · grey: before the steady window, t < {start:g} s"
     if until is not None:

@@ -46,7 +46,7 @@ def portrait(panel: Axes, run: Run, axis: int) -> None:
 
 
 def steady_portrait(panel: Axes, run: Run, axis: int) -> None:
-    """Draw the same in the steady window alone, to the scale of what is left there."""
+    """Draw the same in the steady window alone, at a scale of its own."""
     steady = run.measurement.in_window(run.time)
     e, rate = (values[steady] for values in _errors(run, axis))
     _label(panel, axis)

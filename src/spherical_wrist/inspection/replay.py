@@ -1,4 +1,4 @@
-"""A recording simulated again from what is inside it, and compared with what was recorded, bit for bit."""
+"""Simulation of a recorded experiment again, and its comparison with the recording, bit for bit."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -20,7 +20,7 @@ class Replay(NamedTuple):
     """A recorded run and the same simulated again.
 
     Attributes:
-        recorded: what was recorded.
+        recorded: the recorded run.
         again: result of the simulation here.
         series: how the two differ in the channels that are recorded; a newer version may log more.
         metrics: names of the metrics that differ in a bit.

@@ -234,7 +234,7 @@ def _digest_user_function(function: types.FunctionType, digest: Any, callers: tu
 
 
 def _digest_folder(folder: Path, digest: Any) -> None:
-    """Digest every module loaded from a user's folder: what a law takes from them may have come from others."""
+    """Digest every module loaded from a user's folder, since a law may take from any of them."""
     for name in sorted(sys.modules):
         file = getattr(sys.modules[name], "__file__", None) or ""
         if file.endswith(".py") and Path(file).is_relative_to(folder) and not _installed(file):

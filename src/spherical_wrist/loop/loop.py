@@ -219,7 +219,7 @@ def write_log_row(row: Any, signal: Any, command: Any, torque: Any, condition: f
 
 
 def clear(command: Any) -> None:
-    """Write not-a-number into all of a command, so that what a law does not write shows."""
+    """Write not-a-number into all of a command, so that missing entries of a law show."""
     for i in range(3):
         command.torque[i] = np.nan
     for name in unrolled(LAW_CHANNELS):

@@ -1,4 +1,4 @@
-"""Types of the loop for numba: arguments of what is compiled, and what stands for functions that have no Python.
+"""Types of the loop for numba: arguments of compiled functions, and replacements of functions that have no Python.
 
 It is loaded only where the cache has no machine code, since numba takes a second to import.
 """

@@ -54,7 +54,7 @@ def folder() -> Path:
 
 
 def _check_owner(found: os.stat_result) -> None:
-    """Refuse what another user than root owns, or may write to.
+    """Refuse a folder or file that another user than root owns, or may write to.
 
     Raises:
         OSError: it is such.
@@ -66,7 +66,7 @@ def _check_owner(found: os.stat_result) -> None:
 
 
 def read(key: str) -> MachineCode | None:
-    """Return the machine code of a key; None if there is none. A file that cannot be used is told in a warning."""
+    """Return the machine code of a key; None if there is none. A warning names a file that cannot be used."""
     try:
         path = folder() / f"{key}.object"
     except OSError:

@@ -1,4 +1,4 @@
-"""Warnings of runs: the table of what makes the figures of a run doubtful, and how it is said.
+"""Warnings of runs: the table of conditions under which the figures of a run are doubtful, and their texts.
 
 A run that is right says nothing. A warning is one plain sentence with the figure, what it means, and the setting that
 helps. ``Run.warnings`` has those of one run, from three sources:
@@ -40,7 +40,7 @@ class Check(NamedTuple):
 
     @property
     def meaning(self) -> str:
-        """Statement of what happened and what it means, without figures."""
+        """Statement of the condition and its meaning, without figures."""
         return f"{self.event}: {self.advice}"
 
     def found(self, metrics: Mapping[str, float | None]) -> bool:

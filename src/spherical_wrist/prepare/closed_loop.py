@@ -128,7 +128,7 @@ class ClosedLoop:
         self.widths = law.state_size, len(drive.coils)
 
     def measured_warnings(self) -> tuple[str, ...]:
-        """Return sentences on what acted on the plant alone so far, and on a reference beyond the joint's range."""
+        """Return sentences on constraints that acted on the plant, and on a reference beyond the joint's range."""
         constraints, period = self.parts.constraints, self._timing.control_period
         acted = constraint_warnings(self._models.plant, constraints, period, self.sample)
         return (*(self._range.warnings() if self._range else ()), *acted)
@@ -177,7 +177,7 @@ class ClosedLoop:
             self.outcome = Outcome(Status.COMPLETED, time)
 
     def fail(self, error: Exception, advice: str = "") -> None:
-        """End the run at the present instant because of an error; what was simulated before it is kept.
+        """End the run at the present instant because of an error; the series before it is kept.
 
         Args:
             error: the error.

@@ -79,7 +79,7 @@ class LiveView:
             self._changed.notify()
 
     def close(self, closing: Closing) -> str:
-        """Show how the run ended, and says what the viewer did not show.
+        """Show the outcome of the run, and return a sentence on data that the viewer did not show.
 
         Args:
             closing: how it ended.

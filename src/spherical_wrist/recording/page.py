@@ -1,4 +1,4 @@
-"""The page of Rerun's web viewer, told to talk to this machine only.
+"""Page of Rerun's web viewer that connects to this machine only.
 
 Rerun's own server is behind it. Its page asks other hosts for fonts, newer versions and examples, and tells one that it
 is used; it has no switch for that. A content security policy is one for the browser: https://www.w3.org/TR/CSP3/.
@@ -58,7 +58,7 @@ def served_page(port: int, upstream: int, data: int) -> Iterator[None]:
 
 
 class _Page(BaseHTTPRequestHandler):
-    """Pass on what Rerun's own server answers."""
+    """Pass on the answers of Rerun's own server."""
 
     source: ClassVar[int]
     policy: ClassVar[str]

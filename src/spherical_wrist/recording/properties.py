@@ -115,13 +115,13 @@ def _described() -> type[BaseModel]:
 
 
 def _part(name: str) -> type[BaseModel]:
-    """Return the model of a described part: its name, and what all members of its family have."""
+    """Return the model of a described part: its name, and the parameters that all members of its family have."""
     common: dict[str, Any] = {key: (_kind(field), None) for key, field in PARTS[name].model_fields.items()}
     return create_model(name, __config__=_Group, name=(str, ...), **common)
 
 
 def _kind(field: FieldInfo) -> Any:
-    """Return the annotation of a field, with what it demands of values."""
+    """Return the annotation of a field, with its constraints."""
     kind: Any = field.annotation
     for demand in field.metadata:
         kind = Annotated[kind, demand]

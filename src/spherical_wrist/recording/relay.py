@@ -97,7 +97,7 @@ class Relay:
         self._last: Series | None = None
 
     def open(self) -> None:
-        """Send what does not change."""
+        """Send the static data."""
         self._stream.send_recording_name(f"{self._opening.title} (live)")
         draw_wrist(self._stream, self._opening.stage)
         send_texts(self._stream, "**simulating**", self._opening.experiment)

@@ -21,7 +21,7 @@ _FAR = 1e6
 
 
 def draw_wrist(recording: rr.RecordingStream, wrist: Drawable) -> None:
-    """Send what does not change: the geometry, and how the trails look."""
+    """Send the static data: the geometry, and the look of the trails."""
     recording.log(WORLD, rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
     _draw_geometry(recording, wrist)
     for entity, colour, radius in zip(TIPS.values(), (ACTUAL_COLOUR, DESIRED_COLOUR), (0.0009, 0.0006), strict=True):

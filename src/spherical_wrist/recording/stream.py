@@ -1,4 +1,4 @@
-"""Recording streams of Rerun that leave no thread and no memory behind, and what is common to all of them.
+"""Recording streams of Rerun that leave no thread and no memory behind, with their common settings.
 
 A campaign that records thousands of runs would otherwise run out of both.
 """

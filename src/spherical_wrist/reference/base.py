@@ -41,7 +41,7 @@ class Reference(Member):
         return self
 
     def state(self) -> Hashable:
-        """Return what the motion depends on besides its parameters, such as when its file was changed."""
+        """Return the state that the motion depends on besides its parameters, such as when its file was changed."""
         return None
 
     def end(self) -> float:
@@ -53,11 +53,11 @@ class Reference(Member):
         return inf
 
     def about(self) -> str:
-        """Return what the motion is, in one line; nothing about those that are formulas."""
+        """Return a description of the motion in one line; empty for formulas."""
         return ""
 
     def warnings(self, duration: float) -> Iterable[str]:
-        """Return a sentence for everything in the motion that makes a run of it doubtful; nothing where it is right.
+        """Return a sentence for each doubt about the motion; empty if there is none.
 
         It is asked once a run. A sentence has the figure, what it means, and the setting that helps, without a full
         stop; see :mod:`spherical_wrist.measure.warnings`.

@@ -185,7 +185,7 @@ class Recorded(Reference):
 
 
 class _Loaded:
-    """A motion that has been read, and what is known about it.
+    """Motion that has been read, with its description and warnings.
 
     Attributes:
         file: its file.

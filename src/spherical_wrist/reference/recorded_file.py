@@ -84,7 +84,7 @@ class Recording(NamedTuple):
 
 
 class _Table(NamedTuple):
-    """A table as it was read: times if it has them, attitudes, and what was recognised."""
+    """Table as it was read: times if it has them, attitudes, and the recognised columns."""
 
     stamps: Stamps | None
     values: Array

@@ -119,7 +119,7 @@ def peaks_of(track: Track, spline: "CubicSpline") -> Peaks:
 
 
 def flaws_of(recording: Recording, spline: "CubicSpline", smoothing: float, *, stamped: bool) -> Flaws:
-    """Look for what the peaks of a motion belong to.
+    """Find the causes of the peaks of a motion.
 
     Args:
         recording: the motion, without jumps above the person's ``jump``.
@@ -298,7 +298,7 @@ def moved_by(track: Track, spline: "CubicSpline") -> Array:
 
 
 def summary_of(recording: Recording, spline: "CubicSpline", smoothing: float) -> str:
-    """Return what a file is, in one line: rows, rate, gaps, peaks, largest step, tilt, and what smoothing does."""
+    """Summarise a file in one line: rows, rate, gaps, peaks, largest step, tilt, and the effect of smoothing."""
     from scipy.spatial.transform import Rotation
 
     track = recording.track

@@ -70,7 +70,7 @@ class RowError(ParameterError):
 def track_of(
     stamps: Stamps | float, attitude: Array, largest_gap: float, unit: str | None = None
 ) -> tuple[Track, tuple[str, ...]]:
-    """Return the motion of rows, and what was left out of it, in words.
+    """Return the motion of rows, and a sentence on rows that were left out.
 
     Rows without an attitude (not-a-number, or a quaternion of zeros) are left out, and so is the second of two rows
     with the same time and attitude.

@@ -1,4 +1,4 @@
-"""Confidence intervals that assume nothing about the distribution of what is measured.
+"""Distribution-free confidence intervals.
 
 They hold for independent samples. Points of a Sobol sequence or a Latin hypercube are spread more evenly than that,
 which makes the estimates better and the intervals wider than need be.

@@ -22,7 +22,7 @@ Value = float | None
 
 
 def counts(table: Table, law: str, bound: float, *, intervals: bool) -> dict[str, Any]:
-    """Episodes of a law by outcome, and the shares of what went wrong.
+    """Count the episodes of a law by outcome, with the rates of failures.
 
     ``exceeding`` counts the largest tip errors above the bound [mm], and the runs that did not complete.
     """

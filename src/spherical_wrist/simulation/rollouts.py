@@ -151,7 +151,7 @@ class _Run:
             self.add_warnings()
 
     def add_warnings(self) -> None:
-        """Add what was measured of a run that has ended to the warnings of its loop."""
+        """Add the warnings that follow from the metrics of a finished run to those of its loop."""
         assert self.loop is not None
         assert self._metrics is not None
         self.loop.warnings += self.loop.measured_warnings()

@@ -122,7 +122,7 @@ class Run(Result, Series):
 
 
 def versions() -> dict[str, str]:
-    """Versions of this package, of what it computes with, and of the platform."""
+    """Versions of this package, of its numerical libraries, and of the platform."""
     packages = {package: package_version(package) for package in PACKAGES}
     return {**packages, "python": python_version(), "platform": f"{system()} {machine()}"}
 

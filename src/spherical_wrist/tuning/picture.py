@@ -119,7 +119,7 @@ def _dots(panel: Axes, points: list[Mapping[str, Any]], marker: str, **look: Any
 
 
 def _points(panel: Axes) -> list[Any]:
-    """Return a legend entry for what is drawn in the panel of the front."""
+    """Return a legend entry of the panel of the front."""
     return [line for line in panel.get_lines() if not str(line.get_label()).startswith("_")]
 
 
@@ -191,7 +191,7 @@ def _gains(panel: Axes, table: Mapping[str, Any], length: float) -> None:
 
 
 def _bars(table: Mapping[str, Any]) -> list[Line2D]:
-    """Return a legend entry for what is drawn in the panel of gains."""
+    """Return a legend entry of the panel of gains."""
     entries = []
     if _varied(table):
         entries.append(Line2D([], [], color=PALE, alpha=0.6, linewidth=5.0, label="range that was searched"))

@@ -149,7 +149,7 @@ def _go_on(study: Study, search: Search, trials: int, runner: Runner, progress: 
 
 
 def _start(search: Search, runner: Runner) -> dict[str, Any]:
-    """Compute what a study begins with: idle ranges, the score of plain computed torque, versions."""
+    """Compute the initial data of a study: idle ranges, the score of plain computed torque, versions."""
     # the law itself too: it must not raise with its default gains
     plain, _ = scores_of([BASELINE, search.space.law], search.family._replace(bound=None), runner)
     idle = [] if search.own else idle_ranges(search.space, search.family, runner)

@@ -175,7 +175,7 @@ def _geometry(model: mujoco.MjModel, joints: list[int], names: list[str]) -> tup
 
 
 def _cleaned(matrix: Array) -> Array:
-    """Return a matrix with what is but for rounding a whole number made exact."""
+    """Return a matrix with entries that are whole numbers but for rounding made exact."""
     whole = np.round(matrix)
     return np.where(np.abs(matrix - whole) < 1e-12, whole, matrix) + 0.0
 

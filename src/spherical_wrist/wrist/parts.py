@@ -106,7 +106,7 @@ def torque_motors(model: mujoco.MjModel, joint: int, wanted: Sequence[str] | Non
 def _motors_missing(
     model: mujoco.MjModel, joint: int, count: int, actuators: Sequence[str], faults: Sequence[str]
 ) -> str:
-    """Say which motors a joint lacks, what the others are, and what to add to the file."""
+    """Name the motors that a joint lacks, the other motors, and the lines to add to the file."""
     name = mujoco.mj_id2name(model, OBJECT.mjOBJ_JOINT, joint)
     if not name:  # then no motor can act on it
         body, free = name_of(model, OBJECT.mjOBJ_BODY, int(model.jnt_bodyid[joint])), _free_name(model)

@@ -163,5 +163,5 @@ def _record(found: Evaluation, case: PaperCase, folder: Path) -> str:
 
 
 def _cell(words: str) -> str:
-    """Escape what ends a cell of a Markdown table."""
+    """Escape the characters that end a cell of a Markdown table."""
     return words.replace("|", "\\|")
