@@ -3,21 +3,20 @@
 import io
 import json
 import struct
-import tracemalloc
-import zipfile
 
 import numpy as np
 import pyarrow as pa
 import pytest
 import rerun as rr
 
+from forge import archive_of, claiming
 from rigs import mjcf, one_line
 from spherical_wrist import Experiment, load_recording, record, simulate
 from spherical_wrist.compat.rrd import unpacked_size
 from spherical_wrist.errors import RecordingError
 from spherical_wrist.experiment import packed_files
 from spherical_wrist.experiment.embedded_files import EmbeddedFiles, text_without_folders
-from spherical_wrist.experiment.packed_files import LARGEST, MOST, PackedFiles
+from spherical_wrist.experiment.packed_files import PackedFiles
 from spherical_wrist.prepare.plant import plant_of
 from spherical_wrist.recording import seal
 from spherical_wrist.recording.runs import properties_of
@@ -32,54 +31,6 @@ def honest():
 @pytest.fixture(scope="module")
 def plant():
     return plant_of(Experiment())
-
-
-def archive_of(files, method=zipfile.ZIP_DEFLATED):
-    content = io.BytesIO()
-    with zipfile.ZipFile(content, "w", method) as archive:
-        for path, file in files:
-            archive.writestr(path, file)
-    return content.getvalue()
-
-
-def claiming(size):
-    """An archive of one file that is said to unpack to a size."""
-    content = bytearray(archive_of([("model/a.xml", b"0" * 100)]))
-    entry = content.index(b"PK\x01\x02")
-    content[entry + 24 : entry + 28] = struct.pack("<I", size)
-    return bytes(content)
-
-
-def encrypted():
-    content = bytearray(archive_of([("model/a.xml", b"0" * 100)]))
-    content[content.index(b"PK\x01\x02") + 8] |= 1
-    return bytes(content)
-
-
-ARCHIVES = {
-    "too large": (lambda: claiming(LARGEST + 1), "larger than 268 MB"),
-    "too many": (lambda: archive_of([(f"model/{k}", b"") for k in range(MOST + 1)]), "more than 10000 files"),
-    "packed by lzma": (
-        lambda: archive_of([("model/a.xml", b"0")], zipfile.ZIP_LZMA),
-        "packed 'model/a.xml' in another",
-    ),
-    "encrypted": (encrypted, "packed 'model/a.xml' in another"),
-    "climbing": (lambda: archive_of([("model/../../a.xml", b"")]), "leads nowhere"),
-    "absolute": (lambda: archive_of([("/etc/a.xml", b"")]), "leads nowhere"),
-    "a folder": (lambda: archive_of([("model/", b"")]), "leads nowhere"),
-    "no archive": (lambda: b"PK", "damaged"),
-}
-
-
-@pytest.mark.parametrize("kind", ARCHIVES)
-def test_archives_that_would_fill_memory_or_disk(wrist, honest, plant, tmp_path, kind):
-    make, said = ARCHIVES[kind]
-    properties = properties_of(honest) | {"files": {"model": {"path": "model/a.xml", "sha256": ""}}}
-    write_recording(tmp_path / "a.rrd", honest, plant, properties, 1, make())
-    for command in (["inspect", "a.rrd"], ["replay", "a.rrd"], ["diff", "a.rrd", "a.rrd"]):
-        code, _, err = wrist(*command)
-        assert (code, err.count("\n")) == (2, 1), err
-        assert said in err
 
 
 def test_a_file_twice_and_a_file_in_another_archive():
@@ -162,30 +113,6 @@ def test_a_recording_that_is_too_large_for_this_machine(wrist, honest, tmp_path,
         code, _, err = wrist(*command)
         assert (code, err.count("\n")) == (2, 1), err
         assert "of memory are too little" in err
-
-
-@pytest.mark.parametrize(
-    ("changes", "every"),
-    [
-        ({"duration": 1e12}, 1),
-        ({"duration": 1e9}, 10**8),
-        ({"control_period": 1e-12}, 1),
-        ({"physics_period": 1e-12}, 1),
-        ({"duration": 1e6, "physics_period": 1e-5}, 10**5),
-        ({"self": 1}, 1),
-        ({"law": {"name": "pd", "self": 1}}, 1),
-    ],
-)
-def test_a_description_that_would_never_end_or_is_none(wrist, honest, plant, tmp_path, changes, every):
-    properties = properties_of(honest)
-    properties["experiment"] = properties["experiment"] | changes
-    write_recording(tmp_path / "a.rrd", honest, plant, properties, every, honest.embedded_files.archive())
-    tracemalloc.start()
-    code, _, err = wrist("replay", "a.rrd")
-    _, peak = tracemalloc.get_traced_memory()
-    tracemalloc.stop()
-    assert (code, err.count("\n")) == (2, 1), err
-    assert peak < 2**27
 
 
 # --- the sender

@@ -15,7 +15,7 @@ from spherical_wrist.campaign.episode import changed
 from spherical_wrist.campaign.errors import CampaignError
 from spherical_wrist.campaign.portable import MARK, with_texts
 from spherical_wrist.consent import MARK as CODE
-from spherical_wrist.consent import is_code
+from spherical_wrist.consent import is_code, without_code
 from spherical_wrist.errors import ModelError, one_line
 from spherical_wrist.experiment.description import PARTS, Experiment
 from spherical_wrist.experiment.embedded_files import file_groups
@@ -124,13 +124,15 @@ def check_intact(campaign: Campaign, folder: Path, checksums: Mapping[str, str])
             raise CampaignError(
                 f"{str(folder / place)!r} has changed since the campaign began: restore it, or begin another"
             )
-    for part, file in set(_named(campaign)):
+    for purpose, file in _named(campaign):
         if not file.is_relative_to(root):
             continue
         own = "/".join((FILES, *file.relative_to(root).parts[:1]))
-        if part == "model":
+        if purpose == "model":
             _check_model(file, folder.resolve() / own)
-        elif part == "code" and (odd := [place for place in checksums if _is_in(own, place) and place[-3:] != ".py"]):
+        elif purpose == "code" and (
+            odd := [place for place in checksums if _is_in(own, place) and place[-3:] != ".py"]
+        ):
             raise CampaignError(f"{str(folder / odd[0])!r} is no Python file, and may be run like one: remove it")
 
 
@@ -152,17 +154,18 @@ class _NamedFile(NamedTuple):
     file: Path
 
 
-def _named(campaign: Campaign) -> Iterator[_NamedFile]:
-    """Yield the files that a campaign names."""
-    for experiment in all_experiments(campaign):
-        if experiment.model is not None:
-            yield _NamedFile("model", experiment.model)
-        for name in PARTS:
-            part = getattr(experiment, name)
-            if is_code(type(part).address):
-                yield _NamedFile("code", Path(_file_and_class(type(part).address)[0]))
-            for file in paths_of(part).values():
-                yield _NamedFile("data", file)
+def _named(campaign: Campaign) -> list[_NamedFile]:
+    """Return the files that a campaign names, each once; no Python file is loaded for it."""
+    found: list[_NamedFile] = []
+    with without_code():
+        for experiment in all_experiments(campaign):
+            if experiment.model is not None:
+                found.append(_NamedFile("model", experiment.model))
+            for part in (getattr(experiment, name) for name in PARTS):
+                if is_code(type(part).address):
+                    found.append(_NamedFile("code", Path(_file_and_class(type(part).address)[0])))
+                found += [_NamedFile("data", file) for file in paths_of(part).values()]
+    return list(dict.fromkeys(found))
 
 
 def _file_and_class(given: str) -> tuple[str, str]:
