@@ -73,6 +73,10 @@ POSITION = np.full((300, 3), 0.25)
 ROS = "%time,field.header.seq,field.header.stamp,field.pose.position.x,field.pose.position.y,field.pose.position.z," + (
     ",".join(f"field.pose.orientation.{axis}" for axis in "xyzw")
 )
+PAIR = NS // 10**9, NS % 10**9
+ROS2 = "time,header.stamp.sec,header.stamp.nanosec,pose.position.x,pose.position.y,pose.position.z," + (
+    ",".join(f"pose.orientation.{axis}" for axis in "xyzw")
+)
 EUROC = "#timestamp, p_RS_R_x [m], p_RS_R_y [m], p_RS_R_z [m], q_RS_w [], q_RS_x [], q_RS_y [], q_RS_z []"
 STAMPS = [f"{EPOCH + k // 100}.{k % 100:02d}0000000" for k in range(300)]
 DATES = [str(datetime(2024, 5, 1, tzinfo=UTC) + timedelta(seconds=0.01 * k)) for k in range(300)]
@@ -123,6 +127,18 @@ FILES = {
         text_of("t,a,b,c", TIME, truth(TIME).as_rotvec(degrees=True)),
         {"columns": "time=t, rx_deg=a, ry_deg=b, rz_deg=c"},
     ),
+    "ROS 2": (text_of(ROS2, NS + 777, *PAIR, POSITION, xyzw()), {}),
+    "ROS 1 in two columns": (text_of("stamp_secs,stamp_nsecs,qx,qy,qz,qw", *PAIR, xyzw()), {}),
+    "seconds and nanoseconds": (text_of("# sec nanosec qw qx qy qz", *PAIR, wxyz(), by=" "), {}),
+    "two columns by number": (text_of("", *PAIR, wxyz()), {"columns": "sec=1, nanosec=2, w=3, x=4, y=5, z=6"}),
+    "roll, pitch and yaw": (
+        text_of("t,yaw,pitch,roll", TIME, truth(TIME).as_euler("ZYX")),
+        {"columns": "time=t, roll=roll, pitch=pitch, yaw=yaw"},
+    ),
+    "angles in degrees": (
+        text_of("sec,nanosec,heading,p,r", *PAIR, truth(TIME).as_euler("ZYX", degrees=True)),
+        {"columns": "sec=sec, nanosec=nanosec, roll_deg=r, pitch_deg=p, yaw_deg=heading"},
+    ),
     "matrix from 0": (
         text_of(
             "t," + ",".join(f"R{i}{j}" for i in "012" for j in "012"), TIME, truth(TIME).as_matrix().reshape(-1, 9)
@@ -145,7 +161,7 @@ def test_every_usual_form_gives_the_same_motion(tmp_path, form):
     assert reference.whole() == pytest.approx(2.99, abs=1e-12)
 
 
-@pytest.mark.parametrize("form", ["TUM", "EuRoC", "ns", "us by name", "dates", "ROS"])
+@pytest.mark.parametrize("form", ["TUM", "EuRoC", "ns", "us by name", "dates", "ROS", "ROS 2"])
 def test_large_times_lose_no_digits(tmp_path, form):
     """As double-precision numbers, nanoseconds since 1970 are multiples of 256, and seconds of 2.4e-7."""
     content, settings = FILES[form]
@@ -155,7 +171,7 @@ def test_large_times_lose_no_digits(tmp_path, form):
     assert np.array_equal(reference.motion(asked)["acceleration"], same.motion(asked)["acceleration"])
 
 
-@pytest.mark.parametrize("kind", ["index of pandas", "integers", "integers with a unit", "text", "times of day"])
+@pytest.mark.parametrize("kind", ["index of pandas", "integers", "integers with a unit", "text", "times of day", "two"])
 def test_parquet_as_others_write_it(tmp_path, kind):
     names = {"index of pandas": "__index_level_0__", "integers": "t", "text": "stamp"}
     name = names.get(kind, "time_ns" if kind == "integers with a unit" else "time")
@@ -165,7 +181,9 @@ def test_parquet_as_others_write_it(tmp_path, kind):
     if kind == "text":
         times = pa.array(DATES)
     columns = dict(zip(("qw", "qx", "qy", "qz"), wxyz().T, strict=True))
-    pq.write_table(pa.table({**columns, name: times}), tmp_path / "a.parquet")
+    stamp = {"header.stamp.sec": PAIR[0], "header.stamp.nanosec": PAIR[1].astype(np.uint32)}
+    stamp = stamp if kind == "two" else {name: times}
+    pq.write_table(pa.table({**columns, **stamp}), tmp_path / "a.parquet")
     unit = {"time_unit": "ns"} if kind == "integers" else {}
     assert error_of(Recorded(file=tmp_path / "a.parquet", **unit)) < 1e-12
 
@@ -307,7 +325,10 @@ def complaint(path, content, **settings):
         (text_of("", TIME, wxyz()), "5 columns have no names: say which is which by number"),
         (text_of("t,q1,q2,q3,q4", TIME, wxyz()), "q1 … do not say which one is the scalar w: name them"),
         (text_of("t,a_w,a_x,a_y,a_z,b_w,b_x,b_y,b_z", TIME, wxyz(), wxyz()), "several attitudes ('a_w', 'b_w' …)"),
-        (text_of("t,roll,pitch,yaw", TIME, POSITION), "it has 't', 'roll', 'pitch', 'yaw'"),
+        (text_of("t,roll,pitch,yaw", TIME, POSITION), "it has 't', 'roll', 'pitch', 'yaw'; say of roll, pitch and yaw"),
+        (text_of("sec,nanosec,qw,qx,qy,qz", range(300), [10**9] * 300, wxyz()), "has no nanoseconds from 0 to 999,999"),
+        (text_of("sec,nanosec,qw,qx,qy,qz", range(300), [-1] * 300, wxyz()), "row 1 has no nanoseconds from 0 to"),
+        (text_of("sec,nanosec,qw,qx,qy,qz", [10**15] * 300, range(300), wxyz()), "row 1 has no number of seconds"),
         (PLAIN.replace("\n1.0", "\n0.9"), "data row 101 is not later than the row before"),
         (rows_with(lambda rows: [*rows[:101], rows[100][:12] + "1,0,0,0\n", *rows[101:]]),
          "row 101 has the time of the row before and another attitude: if rows are evenly spaced, give reference.rate"),
@@ -351,6 +372,9 @@ def test_settings_that_do_not_fit_the_file_are_refused(tmp_path, settings, said)
         ("time=1, w=2, x=3, y=4, z=5, q=6", "unknown role of a column 'q'"),
         ("time=1, time=2, w=2, x=3, y=4, z=5", "each role once"),
         ("t", "time=NAME, w=NAME"),
+        ("sec=1, w=2, x=3, y=4, z=5", "a stamp is time, or sec and nanosec together"),
+        ("time=1, sec=2, nanosec=3, w=2, x=3, y=4, z=5", "a stamp is time, or sec and nanosec together"),
+        ("time=1, roll=2, pitch=3, yaw_deg=4", "roll, pitch, yaw in rad, or roll_deg"),
         ({"time": "t", "w": "a", "x": "b", "y": "c"}, "the parts of one attitude are needed"),
     ],
 )
@@ -360,11 +384,12 @@ def test_columns_that_are_no_attitude_are_refused(columns, said):
     assert said in one_line(caught.value)
 
 
-def test_rotation_vectors_in_degrees_are_not_taken_for_radians(tmp_path):
+@pytest.mark.parametrize(("roles", "advised"), [("rx=a, ry=b, rz=c", "rx_deg"), ("roll=a, pitch=b, yaw=c", "roll_deg")])
+def test_degrees_are_not_taken_for_radians(tmp_path, roles, advised):
     turning = np.c_[np.zeros((300, 2)), np.linspace(0.0, 90.0, 300)]
-    said = complaint(tmp_path / "a.csv", text_of("t,a,b,c", TIME, turning), columns="time=t, rx=a, ry=b, rz=c")
+    said = complaint(tmp_path / "a.csv", text_of("t,a,b,c", TIME, turning), columns=f"time=t, {roles}")
     assert "two turns and more" in said
-    assert "rx_deg" in said
+    assert advised in said
 
 
 # --- flaws

@@ -12,7 +12,10 @@ from spherical_wrist.errors import UnknownNameError
 from spherical_wrist.reference.recorded_rows import RowError
 
 TimeUnit = Literal["s", "ms", "us", "ns"]
-Kind = Literal["quaternion", "rotation matrix", "rotation vector [rad]", "rotation vector [deg]"]
+Kind = Literal[
+    "quaternion", "rotation matrix", "rotation vector [rad]", "rotation vector [deg]", "roll, pitch, yaw [rad]",
+    "roll, pitch, yaw [deg]",
+]  # fmt: skip
 
 MATRIX = tuple(f"r{row}{column}" for row in "123" for column in "123")
 ROLES: Mapping[Kind, tuple[str, ...]] = {
@@ -20,9 +23,16 @@ ROLES: Mapping[Kind, tuple[str, ...]] = {
     "rotation matrix": MATRIX,
     "rotation vector [rad]": ("rx", "ry", "rz"),
     "rotation vector [deg]": ("rx_deg", "ry_deg", "rz_deg"),
+    "roll, pitch, yaw [rad]": ("roll", "pitch", "yaw"),
+    "roll, pitch, yaw [deg]": ("roll_deg", "pitch_deg", "yaw_deg"),
 }
-"""Parts of an attitude in the order in which they are read, by kind. A quaternion's w is its scalar."""
+"""Parts of an attitude in the order in which they are read, by kind. A quaternion's w is its scalar.
+
+Roll, pitch and yaw are those of ROS and of aircraft: R = Rz(yaw) Ry(pitch) Rx(roll), body → world.
+"""
 TIME = "time"
+SECONDS, NANOSECONDS = "sec", "nanosec"
+"""Roles of a stamp in two columns, as in ROS messages: whole seconds, and the nanoseconds since."""
 
 TIMES = ("header.stamp", "time", "t", "timestamp", "stamp", "times")
 """Names of the time, the first one that is there; of a message's own stamp before the time at which it arrived."""
@@ -32,6 +42,8 @@ UNIT_WORDS: Mapping[str, TimeUnit] = {
     **dict.fromkeys(("us", "µs", "μs", "usec", "usecs", "micros", "microsecond", "microseconds"), "us"),
     **dict.fromkeys(("ns", "nsec", "nsecs", "nanos", "nanosecond", "nanoseconds"), "ns"),
 }
+STAMP = re.compile(r"(.*?)((?:^|(?<=[._/ ]))(?:n|nano)?)(?:secs?|seconds?)")
+"""Name of a part of a stamp in two columns: what it is of, and whether it has the nanoseconds."""
 LETTERS = (("w", "x", "y", "z"), ("r", "i", "j", "k"))
 """Last letters of the names of a quaternion's columns, scalar first."""
 TUM = ("timestamp", "tx", "ty", "tz", "qx", "qy", "qz", "qw")
@@ -50,6 +62,7 @@ class Columns(NamedTuple):
         kind: of the attitude.
         unit: of the times, where the names or the format say it.
         said: what was recognised, in words.
+        nanoseconds: number of the column of nanoseconds, where that of times has whole seconds; otherwise None.
     """
 
     time: int | None
@@ -57,6 +70,7 @@ class Columns(NamedTuple):
     kind: Kind
     unit: TimeUnit | None
     said: str
+    nanoseconds: int | None = None
 
 
 def columns_of(names: Sequence[str]) -> Columns:
@@ -67,19 +81,20 @@ def columns_of(names: Sequence[str]) -> Columns:
     """
     plain, units = zip(*map(_plain, names), strict=True) if names else ((), ())
     kind, attitude = _attitude(plain, names)
-    time = _time(plain)
-    for number in attitude if time is None else (time, *attitude):
+    pair = _pair(names)
+    time, nanoseconds = (_time(plain), None) if pair is None else pair
+    for number in attitude if time is None or nanoseconds is not None else (time, *attitude):
         if plain.count(plain[number]) > 1:
             raise RowError(f"it has more than one column {plain[number]!r}; give reference.columns, with their numbers")
     if set(TUM) <= set(plain) and time is not None:
         return Columns(time, attitude, kind, units[time] or "s", "TUM trajectory, quaternion in the order x, y, z, w")
     if {"q_rs_w", "p_rs_r_x"} <= set(plain) and time is not None:
         return Columns(time, attitude, kind, units[time] or "ns", "EuRoC ground truth, quaternion from q_RS_w … q_RS_z")
-    unit = units[time] if time is not None else None
+    unit = units[time] if time is not None and nanoseconds is None else None
     shown = [names[number].strip().strip("\"'") for number in attitude]
     span = ", ".join(shown) if len(shown) < 5 else f"{shown[0]} … {shown[-1]}"
     order = " w, x, y, z" if kind == "quaternion" else ""
-    return Columns(time, attitude, kind, unit, f"{kind}{order} from {span}")
+    return Columns(time, attitude, kind, unit, f"{kind}{order} from {span}", nanoseconds)
 
 
 def columns_by_width(width: int, *, spaced: bool) -> Columns:
@@ -118,9 +133,10 @@ def chosen_columns(text: str, names: Sequence[str]) -> Columns:
     if len(set(numbers.values())) < len(numbers):
         raise RowError(f"reference.columns = {text!r} names a column twice")
     attitude = tuple(numbers[role] for role in ROLES[kind])
-    time = numbers.get(TIME)
+    time = numbers.get(TIME, numbers.get(SECONDS))
     listed = ", ".join(f"{role}={wanted}" for role, wanted in pairs.items())
-    return Columns(time, attitude, kind, None if time is None else plain[time][1], f"{kind} from {listed}")
+    unit = plain[numbers[TIME]][1] if TIME in numbers else None
+    return Columns(time, attitude, kind, unit, f"{kind} from {listed}", numbers.get(NANOSECONDS))
 
 
 def read_columns(given: object) -> object:
@@ -147,16 +163,20 @@ def _pairs(text: str) -> dict[str, str]:
 
 
 def _kind_of(pairs: Iterable[str]) -> Kind:
-    roles = set(pairs) - {TIME}
+    given, stamp = set(pairs), {SECONDS, NANOSECONDS}
+    if given & stamp and (not stamp <= given or TIME in given):
+        raise ValueError(f"a stamp is time, or {SECONDS} and {NANOSECONDS} together")
+    roles = given - {TIME} - stamp
     for kind, needed in ROLES.items():
         if roles == set(needed):
             return kind
-    known = {TIME, *(role for needed in ROLES.values() for role in needed)}
+    known = {TIME, *stamp, *(role for needed in ROLES.values() for role in needed)}
     for role in roles - known:
         raise ValueError(str(UnknownNameError("role of a column", role, known)))
     raise ValueError(
-        "time and the parts of one attitude are needed: w, x, y, z (w is the scalar), or r11, r12 … r33, or a rotation "
-        "vector rx, ry, rz in rad, or rx_deg, ry_deg, rz_deg"
+        "time (or sec and nanosec) and the parts of one attitude are needed: w, x, y, z (w is the scalar), or r11, r12 "
+        "… r33, or a rotation vector rx, ry, rz in rad, or rx_deg, ry_deg, rz_deg, or roll, pitch, yaw in rad, or "
+        "roll_deg, pitch_deg, yaw_deg"
     )
 
 
@@ -199,6 +219,19 @@ def _time(plain: Sequence[str]) -> int | None:
     return None
 
 
+def _pair(names: Sequence[str]) -> tuple[int, int] | None:
+    """Return the columns of whole seconds and of nanoseconds of one stamp, a message's own first; None without."""
+    parts: dict[tuple[str, bool], int] = {}
+    for number, name in enumerate(names):
+        bare = name.strip().strip("\"'").lstrip("#%").strip().lower()
+        if len(bare) <= LONGEST_NAME and (found := STAMP.fullmatch(bare)):
+            parts.setdefault((found[1], bool(found[2])), number)
+    pairs = {stem: (parts[stem, False], parts[stem, True]) for stem, nano in parts if nano and (stem, False) in parts}
+    if not pairs:
+        return None
+    return pairs[min(pairs, key=lambda stem: ("header" not in stem, "stamp" not in stem, pairs[stem]))]
+
+
 def _attitude(plain: Sequence[str], names: Sequence[str]) -> tuple[Kind, tuple[int, ...]]:
     groups = {
         name[:-1]: tuple(f"{name[:-1]}{letter}" for letter in letters)
@@ -226,6 +259,8 @@ def _attitude(plain: Sequence[str], names: Sequence[str]) -> tuple[Kind, tuple[i
         hint = ""
         if numbered is not None:
             hint = f"; {numbered}1 … do not say which one is the scalar w"
+        elif {"roll", "pitch", "yaw"} <= {_last(name).split("_")[0] for name in plain}:
+            hint = "; say of roll, pitch and yaw that they are in rad, roll=NAME …, or in degrees, roll_deg=NAME …"
         raise RowError(
             "columns of time (time, t or timestamp) and attitude (qw, qx, qy, qz, or w, x, y, z, or r11, r12 … r33) "
             f"are needed; it has {listed(names)}{hint}: name them with reference.columns = '{EXAMPLE}'"

@@ -28,6 +28,7 @@ from spherical_wrist.reference.recorded_rows import (
     Stamps,
     Track,
     attitudes_of,
+    refuse,
     too_long,
     track_of,
 )
@@ -39,6 +40,8 @@ LONGEST_TIME = 64
 """Most characters of a time in Parquet."""
 EXACT = 10**9
 """Decimal numbers are kept exactly as so many parts of their unit."""
+MOST_SECONDS = 9e9
+"""Seconds of which the nanoseconds still have room in 64 bits."""
 
 
 class Reading(NamedTuple):
@@ -98,10 +101,10 @@ def read_recorded(path: Path, reading: Reading) -> Recording:
         path: text with a table, Parquet, or JIGSAWS kinematics.
 
             A table has a column of times (``time``, ``t``, ``timestamp`` or ``stamp``; in seconds, or with a unit in
-            its name, as ``time [ms]``; in Parquet also of the type of a time) and the columns of a quaternion (``qw``,
-            ``qx``, ``qy``, ``qz``; ``w``, ``x``, ``y``, ``z``; or these letters at the end of any other name) or a
-            rotation matrix (``r11``, ``r12`` … ``r33``), body → world; further columns do not matter. Others are named
-            in ``reading.columns``.
+            its name, as ``time [ms]``; in Parquet also of the type of a time; or in two, ``sec`` and ``nanosec``) and
+            the columns of a quaternion (``qw``, ``qx``, ``qy``, ``qz``; ``w``, ``x``, ``y``, ``z``; or these letters
+            at the end of any other name) or a rotation matrix (``r11``, ``r12`` … ``r33``), body → world; further
+            columns do not matter. Others are named in ``reading.columns``.
         reading: choices about how it is read.
 
     Raises:
@@ -161,9 +164,10 @@ def _text(path: Path, reading: Reading) -> _Table:
     else:
         columns = columns_by_width(len(names), spaced=dialect.spaced)
     with_time = columns.time is not None and reading.rate is None and reading.times is None
-    texts = [columns.time] if columns.time is not None and with_time else []
-    times, values = read_table(path, dialect, texts, columns.attitude)
-    stamps = _stamps(times[0], columns.unit, dialect.decimal) if times else None
+    stamped = [each for each in (columns.time, columns.nanoseconds) if each is not None and with_time]
+    times, values = read_table(path, dialect, stamped, columns.attitude)
+    parts = [_stamps(each, columns.unit, dialect.decimal) for each in times]
+    stamps = _one_stamp(*parts) if len(parts) > 1 else parts[0] if parts else None
     return _Table(stamps, values, columns._replace(said=f"{columns.said}, {dialect.said}"))
 
 
@@ -219,6 +223,20 @@ def _stamps(texts: Any, unit: str | None, decimal: str) -> Stamps:
     raise RowError("its times are no numbers")
 
 
+def _one_stamp(seconds: Stamps, nanoseconds: Stamps) -> Stamps:
+    """Return the times of two columns, exactly: seconds, and the nanoseconds since each of them.
+
+    Raises:
+        RowError: they are no such numbers.
+    """
+    whole, rest = (np.asarray(each.ticks) for each in (seconds, nanoseconds))
+    row = np.arange(1, len(whole) + 1)
+    refuse(~(np.abs(whole / seconds.per_unit) < MOST_SECONDS), "has no number of seconds", row)
+    rest = rest / nanoseconds.per_unit if nanoseconds.per_unit != 1.0 else rest
+    refuse(~((rest >= 0) & (rest < EXACT)), f"has no nanoseconds from 0 to {EXACT - 1:,}", row)
+    return Stamps(whole * (EXACT // round(seconds.per_unit)) + rest, 1.0, "ns")
+
+
 def _parquet(path: Path, reading: Reading) -> _Table:
     import pyarrow
     from pyarrow import parquet
@@ -231,22 +249,22 @@ def _parquet(path: Path, reading: Reading) -> _Table:
             if columns.time is None:  # as of an index of pandas, whose name may be anything
                 dated = [number for number, kind in enumerate(schema.types) if pyarrow.types.is_timestamp(kind)]
                 columns = columns._replace(time=dated[0] if len(dated) == 1 else None)
-            wanted = [*columns.attitude, *([] if columns.time is None else [columns.time])]
-            _check_columns(file, wanted, columns.time)
+            stamped = [each for each in (columns.time, columns.nanoseconds) if each is not None]
+            wanted = [*columns.attitude, *stamped]
+            _check_columns(file, wanted, stamped)
             texts = [names[number] for number in wanted if _is_text(schema.types[number])]
         with parquet.ParquetFile(path, read_dictionary=texts) as file:  # a text that stands often is read once
             table = file.read(columns=[names[number] for number in wanted])
             attitude = [table.column(names[number]).cast(pyarrow.float64()) for number in columns.attitude]
             values = np.stack([np.asarray(column.to_numpy()) for column in attitude], axis=1)
-            stamps = None
-            if columns.time is not None:
-                stamps = _arrow_stamps(table.column(names[columns.time]), columns.unit)
+            parts = [_arrow_stamps(table.column(names[number]), columns.unit) for number in stamped]
+            stamps = _one_stamp(*parts) if len(parts) > 1 else parts[0] if parts else None
             return _Table(stamps, values, columns._replace(said=f"Parquet, {columns.said}"))
     except (pyarrow.ArrowException, OSError, ValueError, KeyError) as error:
         raise RowError(f"it is damaged, or has no numbers in its columns ({one_line(error, limit=160)})") from None
 
 
-def _check_columns(file: Any, wanted: Sequence[int], time: int | None) -> None:
+def _check_columns(file: Any, wanted: Sequence[int], times: Sequence[int]) -> None:
     """Refuse columns that are no numbers or times, or too large, before memory is taken for them."""
     from pyarrow import types
 
@@ -254,7 +272,7 @@ def _check_columns(file: Any, wanted: Sequence[int], time: int | None) -> None:
         field = file.schema_arrow.field(number)
         kind = field.type
         is_number = types.is_integer(kind) or types.is_floating(kind) or types.is_decimal(kind)
-        is_time = number == time and (types.is_timestamp(kind) or types.is_duration(kind) or _is_text(kind))
+        is_time = number in times and (types.is_timestamp(kind) or types.is_duration(kind) or _is_text(kind))
         if not (is_number or is_time):
             raise RowError(f"its column {field.name!r} has values of type {one_line(field.type, 60)}, not numbers")
     if file.metadata.num_rows > LAST_ROW:

@@ -137,7 +137,7 @@ def angles_between(attitude: Array) -> Array:
 
 
 def attitudes_of(kind: str, values: Array) -> Array:
-    """Return unit quaternions (n, 4) of quaternions (n, 4), matrices (n, 9) or rotation vectors (n, 3).
+    """Return unit quaternions (n, 4) of quaternions (n, 4), matrices (n, 9), or rotation vectors or angles (n, 3).
 
     Rows with a not-a-number, and quaternions and matrices of zeros, come back as not-a-number.
 
@@ -155,6 +155,8 @@ def attitudes_of(kind: str, values: Array) -> Array:
         found[~missing] = _quaternions(kept, row)
     elif kind == "rotation matrix":
         found[~missing] = _from_matrices(kept, row)
+    elif kind.startswith("roll"):
+        found[~missing] = _from_angles(kept, row, degrees=kind.endswith("[deg]"))
     else:
         found[~missing] = _from_vectors(kept, row, degrees=kind.endswith("[deg]"))
     return found
@@ -192,6 +194,17 @@ def _from_vectors(values: Array, row: Numbers, *, degrees: bool) -> Array:
         refuse(turn > 4.0 * np.pi, "has a rotation of two turns and more", row, ": in degrees it is rx_deg=NAME, …")
     refuse(turn > 1e6, "has a rotation of more than a million degrees", row)
     return np.asarray(Rotation.from_rotvec(values, degrees=degrees).as_quat(scalar_first=True))
+
+
+def _from_angles(values: Array, row: Numbers, *, degrees: bool) -> Array:
+    """Return quaternions (n, 4) of roll, pitch and yaw (n, 3): R = Rz(yaw) Ry(pitch) Rx(roll)."""
+    from scipy.spatial.transform import Rotation
+
+    turn = np.abs(values).max(axis=1, initial=0.0)
+    if not degrees:
+        refuse(turn > 4.0 * np.pi, "has an angle of two turns and more", row, ": in degrees it is roll_deg=NAME, …")
+    refuse(turn > 1e6, "has an angle of more than a million degrees", row)
+    return np.asarray(Rotation.from_euler("xyz", values, degrees=degrees).as_quat(scalar_first=True))
 
 
 def _check_unit(stamps: Stamps, steps: Array, largest_gap: float) -> None:
