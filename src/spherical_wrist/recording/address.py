@@ -61,10 +61,10 @@ def check_viewer(address: Address) -> None:
             answer = connection.recv(9)
     except OSError as error:
         if isinstance(error, TimeoutError):
-            raise ViewerError(f"what listens on {address} does not answer: is the viewer hanging?") from None
+            raise ViewerError(f"the program at {address} does not answer: is the viewer hanging?") from None
         raise ViewerError(f"no viewer listens on {address}: start one with `wrist view`") from None
     if len(answer) < 4 or answer[3] != _SETTINGS:
-        raise ViewerError(f"what listens on {address} is no viewer: start one with `wrist view`, on a free --port")
+        raise ViewerError(f"the program at {address} is no viewer: start one with `wrist view`, on a free --port")
 
 
 def is_listening(port: int) -> bool:

@@ -45,7 +45,7 @@ def small_undisturbed(found: Evaluation) -> Finding:
         printed = [PRINTED[method, 0.0] for method in BOTH]
         good = all(error <= limit for error, limit in zip(errors, printed, strict=True))
         fixed, tuned = (times(error, limit) for error, limit in zip(errors, printed, strict=True))
-        trials.append(_trial(variant, good, f"{_pair(errors)} rad, {fixed} and {tuned} what is printed"))
+        trials.append(_trial(variant, good, f"{_pair(errors)} rad, {fixed} and {tuned} the printed value"))
     return Finding(
         f"Without disturbance the errors are small: {PRINTED[BASELINE, 0.0]:g} rad with the baseline, "
         f"{PRINTED[PROPOSED, 0.0]:g} rad with the proposal.",
@@ -80,7 +80,7 @@ def baseline_disturbed(found: Evaluation) -> Finding:
         f"Under a 25 % disturbance the baseline is left with an error of {printed:g} rad.",
         "Table 1, 25 %",
         tuple(
-            _trial(variant, same(error, printed), f"{number(error)} rad, {times(error, printed)} what is printed")
+            _trial(variant, same(error, printed), f"{number(error)} rad, {times(error, printed)} the printed value")
             for variant, error in errors.items()
         ),
         f"Computed torque without any sliding surface has {number(found.error(PLAIN, MAIN, 0.25))} rad.",
@@ -95,7 +95,7 @@ def proposal_disturbed(found: Evaluation) -> Finding:
         f"Under a 25 % disturbance the proposed method keeps its error at {printed:g} rad.",
         "Table 1, 25 %",
         tuple(
-            _trial(variant, error <= printed, f"{number(error)} rad, {times(error, printed)} what is printed")
+            _trial(variant, error <= printed, f"{number(error)} rad, {times(error, printed)} the printed value")
             for variant, error in errors.items()
         ),
         f"The disturbance is {number(found.disturbance)} N·m, K as written {ENOUGH} N·m. The chattering as written is "
