@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Annotated, Any
 
-from rich.table import Table
+from rich.console import Group
 from rich.text import Text
 from typer import Option
 
@@ -196,7 +196,7 @@ def replaced_in_words(replaced: Mapping[str, Sequence[str]]) -> str:
     return f"settings take the place of what cases are about ({names}): {', '.join(replaced)}"
 
 
-def _standings(table: dict[str, Any], width: int) -> Table:
+def _standings(table: dict[str, Any], width: int) -> Group:
     from spherical_wrist.comparison.report import CHATTERING, ratio_text
     from spherical_wrist.result import counted
 
@@ -231,7 +231,7 @@ def _first(text: str) -> str:
     return text.partition(" ")[0]
 
 
-def _winners(table: dict[str, Any], width: int) -> Table:
+def _winners(table: dict[str, Any], width: int) -> Group:
     """Lay out the winner and the runner-up of every case."""
     from spherical_wrist.comparison.report import ratio_text
 
@@ -258,7 +258,7 @@ def _winners(table: dict[str, Any], width: int) -> Table:
     return fitted("which law wins what", [headings[column] for column in shown], rows, width, names=1, words=words)
 
 
-def _matrix(table: dict[str, Any], width: int) -> Iterator[Table]:
+def _matrix(table: dict[str, Any], width: int) -> Iterator[Group]:
     """Yield tables of ratios to the best law, cases × laws, each with as many laws as fit the terminal."""
     names = [case["case"] for case in table["cases"]]
     rows_of = {(row["law"], row["case"]): row for row in table["standings"]}
@@ -280,7 +280,7 @@ def _ratio(row: Mapping[str, Any]) -> Text:
     )
 
 
-def _figures(table: dict[str, Any], width: int) -> Iterator[Table]:
+def _figures(table: dict[str, Any], width: int) -> Iterator[Group]:
     """Yield a table for each case, best law first, with every figure that fits the terminal; medians over the seeds."""
     from spherical_wrist.comparison.report import FIGURES, NARROW, heading, median_figure, ratio_text, seeds_in_words
 

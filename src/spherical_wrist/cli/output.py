@@ -121,7 +121,7 @@ def metrics_table(columns: Mapping[str, Metrics], width: int) -> Table:
         if any(name in metrics.available for metrics in columns.values())
     ]
     widest = (max(map(cell_width, column)) for column in zip(headings, *rows, strict=True))
-    noted = sum(widest) + 2 * len(headings) <= width
+    noted = sum(widest) + 2 * (len(headings) - 1) <= width
     shown = len(headings) if noted else len(headings) - 1
     table = Table(
         box=None,

@@ -4,8 +4,8 @@ from itertools import groupby
 from pathlib import Path
 from typing import Annotated, Any
 
+from rich.console import Group
 from rich.padding import Padding
-from rich.table import Table
 from rich.text import Text
 from typer import Option
 
@@ -43,7 +43,7 @@ def command(
     console.print(Text.assemble("report ", (str(output / "report.md"), "bold")), soft_wrap=True)
 
 
-def _table(entries: list[dict[str, Any]], width: int) -> Table:
+def _table(entries: list[dict[str, Any]], width: int) -> Group:
     """Lay out table 1: a row per method, under the title of its variant."""
     levels = dict.fromkeys(entry["disturbance_level"] for entry in entries)
     headings = [f"{figure}\n{100.0 * level:.0f} %" for level in levels for figure in ("error", "chattering")]

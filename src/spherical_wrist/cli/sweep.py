@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-from rich.table import Table
+from rich.console import Group
 from rich.text import Text
 from typer import Argument, Option
 
@@ -235,7 +235,7 @@ def _report(folder: Folder, as_json: bool, warn: Callable[[str], None] = warned)
         console.print(f"go on with: {folder.command('--resume')}", soft_wrap=True)
 
 
-def _table(laws: list[dict[str, Any]], width: int) -> Table:
+def _table(laws: list[dict[str, Any]], width: int) -> Group:
     from spherical_wrist.campaign.summary import FIGURES, QUANTILES
     from spherical_wrist.measure.metrics import METRICS
 

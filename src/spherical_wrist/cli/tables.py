@@ -4,7 +4,7 @@ import json
 from collections.abc import Iterable, Sequence
 from typing import Any, Literal
 
-from rich.console import Console, ConsoleOptions, RenderableType
+from rich.console import Console, ConsoleOptions, Group, RenderableType
 from rich.segment import Segment
 from rich.table import Table
 from rich.text import Text
@@ -76,8 +76,8 @@ def fitted(
     width: int,
     names: int = 0,
     words: Sequence[int] = (),
-) -> Table:
-    """Lay out a table without lines whose figures are never cut.
+) -> Group:
+    """Lay out a table without lines whose figures are never cut, below its title, which may be wider.
 
     Args:
         title: title above the table; empty for none.
@@ -93,14 +93,7 @@ def fitted(
     ]
     gap = 2 if sum(widths) + 2 * len(widths) <= width else 1
     rest = sum(widths) - widths[names] + gap * len(widths)
-    table = Table(
-        title=Text(title) if title else None,
-        title_justify="left",
-        title_style="bold",
-        box=None,
-        padding=(0, gap, 0, 0),
-        header_style="dim",
-    )
+    table = Table(box=None, padding=(0, gap, 0, 0), header_style="dim")
     for column, heading in enumerate(headings):
         if column == names:
             table.add_column(Text(heading), no_wrap=True)
@@ -112,7 +105,7 @@ def fitted(
         cells = [Text(entry) if isinstance(entry, str) else entry for entry in row]
         cells[names] = _folded(cells[names], room)
         table.add_row(*cells)
-    return table
+    return Group(*([Text(title, "bold")] if title else []), table)
 
 
 def _folded(name: Text, room: int) -> Text:
@@ -137,7 +130,7 @@ def cell_width(entry: Entry) -> int:
     return (Text(entry) if isinstance(entry, str) else entry).cell_len
 
 
-def shown(table: ResultTable, width: int) -> Table:
+def shown(table: ResultTable, width: int) -> Group:
     """Lay out a table of results for the terminal; see :func:`fitted`."""
     headings = [heading_lines(column.label) for column in table.columns]
     rows: list[list[Entry]] = [
