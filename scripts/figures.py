@@ -346,11 +346,16 @@ def _ratio(value: float | None) -> str:
 
 def laws(figures: Figures) -> str:
     """Every law on the default case, from the largest tip error to the smallest."""
+    from spherical_wrist.measure.metrics import METRICS
+
     runs = figures["runs"]
     rows = [*runs["laws"], *runs["variants"]]
     remark = {"ours": ", ours", "paper": ", the paper's"}
     return table(
-        ["law", "RMS error [rad]", "RMS tip error [mm]", "chattering [N·m/s]"],
+        [
+            "law",
+            *(METRICS[name].label_and_unit for name in ("rms_error_rad", "rms_tip_error_mm", "chattering_Nm_per_s")),
+        ],
         [
             [
                 name_of(row["law"]) + remark.get(row.get("status", ""), ""),

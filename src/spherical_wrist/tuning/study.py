@@ -95,7 +95,7 @@ class Study:
                 self._study = optuna.load_study(study_name=NAME, storage=self._storage)
             else:
                 self._study = optuna.create_study(study_name=NAME, storage=self._storage, directions=DIRECTIONS)
-                self._study.set_metric_names(["RMS error [rad]", "chattering [N·m per s]"])
+                self._study.set_metric_names(["attitude error, RMS [rad]", "chattering [N·m per s]"])
             foreign = self.settings is None and bool(self._study.trials)
         if foreign:
             raise ParameterError(
