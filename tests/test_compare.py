@@ -27,10 +27,18 @@ from spherical_wrist import Experiment, load_recording, simulate
 from spherical_wrist.cli import main
 from spherical_wrist.cli.compare import print_comparison
 from spherical_wrist.cli.results import ResultFiles
-from spherical_wrist.comparison import DEFAULT, Case, Cell, Comparison, compare, laws_from_texts, registered
-from spherical_wrist.comparison.cases import FAULTY, IDEAL, group_of, read_cases, select
+from spherical_wrist.comparison.cases import DEFAULT, FAULTY, IDEAL, Case, group_of, read_cases, select
+from spherical_wrist.comparison.compare import compare
 from spherical_wrist.comparison.comparison_table import comparison_table
-from spherical_wrist.comparison.law_selection import law_from_text, law_option, law_text, law_value, named_laws
+from spherical_wrist.comparison.law_selection import (
+    law_from_text,
+    law_option,
+    law_text,
+    law_value,
+    laws_from_texts,
+    named_laws,
+    registered,
+)
 from spherical_wrist.comparison.picture import comparison_picture
 from spherical_wrist.comparison.ranking import (
     combined_error,
@@ -42,6 +50,7 @@ from spherical_wrist.comparison.ranking import (
     ratios,
 )
 from spherical_wrist.comparison.report import pareto_laws, to_dict
+from spherical_wrist.comparison.results import Cell, Comparison
 from spherical_wrist.control import PD, ComputedTorque, Law, SlidingMode
 from spherical_wrist.disturbance import Noise
 from spherical_wrist.errors import LawError, ParameterError, UnknownNameError, WristError

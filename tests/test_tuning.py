@@ -19,7 +19,8 @@ from scipy.stats import gmean
 
 from rigs import one_line
 from spherical_wrist import Experiment, simulate
-from spherical_wrist.comparison import Case, laws_from_texts
+from spherical_wrist.comparison.cases import Case
+from spherical_wrist.comparison.law_selection import laws_from_texts
 from spherical_wrist.control import PD, FuzzySlidingComputedTorque, Law, SlidingComputedTorque
 from spherical_wrist.errors import ParameterError, WristError
 from spherical_wrist.folder_lock import folder_lock
