@@ -16,6 +16,7 @@ from spherical_wrist.campaign.description import Campaign
 from spherical_wrist.cli import completion, main
 from spherical_wrist.comparison.cases import read_cases
 from spherical_wrist.guides import NAMES, read_guide
+from spherical_wrist.recording.layout import FORMAT
 
 FOLDER = Path(spherical_wrist.__file__).parent / "guides"
 BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", re.DOTALL | re.MULTILINE)
@@ -90,6 +91,16 @@ def run_python(text, where, scope):
     exec(compile(text, where, "exec"), scope)
     for test in [name for name in scope if name.startswith("test_")]:
         scope[test]()
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_no_line_is_a_comment_of_the_documentation(name):
+    """MyST leaves out lines that begin with a percent sign, in the middle of a sentence too."""
+    assert not re.findall(r"^\s*%.*", read_guide(name).text, re.MULTILINE)
+
+
+def test_the_guide_of_recordings_has_the_number_of_the_format():
+    assert f"a number, now {FORMAT}." in read_guide("recordings").text
 
 
 def test_every_guide_is_listed(wrist):
