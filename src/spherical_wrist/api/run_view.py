@@ -50,7 +50,9 @@ class RunView(View[Run]):
         """Draw the inspection sheet; an empty figure of a run without series."""
         if not len(self.result):
             return Figure(figsize=(self.width, 1.0))
-        return run_picture(self.result, [self.result.headline(), *self.notes()], self.width)
+        verdict = str(self.result.verdict)
+        names = self.result.headline().removesuffix(f": {verdict}")
+        return run_picture(self.result, [names, verdict, *self.notes()], self.width)
 
     def small_figure(self) -> Figure:
         """Draw tip error and torque over time."""
