@@ -20,7 +20,7 @@ ROOT = Path(spherical_wrist.__file__).parent
 LEVELS = (
     {
         "arrays", "errors", "channels", "colours", "consent", "plain_text", "picture_axes", "picture_file",
-        "picture_style", "missing_package", "result", "result_table", "seal", "so3", "stages", "versions",
+        "picture_style", "memory", "missing_package", "result", "result_table", "seal", "so3", "stages", "versions",
         "package_files",
     },
     {"files", "folder_lock", "compat"},

@@ -91,6 +91,7 @@ def test_any_property(wrist, honest, properties, plant, tmp_path, data, value):
         ("experiment.law.K", [float("inf")], "experiment.law.K is not a finite number"),
         ("experiment.law", "pd", "experiment.law = 'pd'"),
         ("experiment.disturbance.level", [1], "experiment.disturbance.level"),
+        ("experiment.disturbance", {"name": "mine.py:Mine"}, "it lacks experiment.disturbance.level"),
         ("experiment.com_shift", [1, 2], "experiment.com_shift"),
         ("metrics.rms_error_rad", "0", "metrics.rms_error_rad = '0'"),
         ("metrics.rms_error_rad", MISSING, "metric 'rms_error_rad'"),

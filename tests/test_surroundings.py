@@ -10,6 +10,7 @@ import pytest
 from spherical_wrist import load_recording
 from spherical_wrist.cli import main
 from spherical_wrist.errors import RecordingError
+from spherical_wrist.memory import LEAST, SAFE, MemoryLimitError, memory_warning
 
 pytestmark = pytest.mark.slow
 CODE = "from spherical_wrist.cli import main; main()"
@@ -140,15 +141,21 @@ def test_two_runs_at_once_onto_one_file(tmp_path):
     assert len(load_recording(tmp_path / "a.rrd")) in (100, 200)
 
 
-LITTLE = "ulimit -v 80000; exec"  # more is enough for some libraries to load, which end the process themselves
-
-
-@pytest.mark.parametrize("arguments", [RUN, ("inspect", "a.rrd"), ("sweep", "c.toml")], ids=str)
-def test_little_memory(tmp_path, arguments):
-    """Libraries that cannot be loaded are one line."""
-    command = ["bash", "-c", f'{LITTLE} "$@"', "bash", sys.executable, "-c", CODE, *arguments]
+@pytest.mark.parametrize("limit", [80_000, 200_000, 500_000, 1_000_000])  # NumPy, LLVM or Rerun would end the process
+def test_little_memory(tmp_path, limit):
+    """A limit with which libraries cannot load is one line, before they try."""
+    command = ["bash", "-c", f'ulimit -v {limit}; exec "$@"', "bash", sys.executable, "-c", CODE, *RUN]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, check=False)
-    assert "memory" in one_line(done) or "shared object" in one_line(done)
+    assert f"ulimit -v {limit}" in one_line(done)
+
+
+def test_a_limit_with_which_libraries_may_end_the_process_is_told(monkeypatch):
+    for limit, said in ((None, False), (SAFE, False), (SAFE - 1, True), (LEAST, True)):
+        monkeypatch.setattr("spherical_wrist.memory.address_limit", lambda limit=limit: limit)
+        assert ("may end this command" in memory_warning()) == said
+    monkeypatch.setattr("spherical_wrist.memory.address_limit", lambda: LEAST - 1)
+    with pytest.raises(MemoryLimitError):
+        memory_warning()
 
 
 @pytest.mark.parametrize("setting", [("NUMBA_DISABLE_JIT", "1"), ("NUMBA_NUM_THREADS", "0")], ids=str)

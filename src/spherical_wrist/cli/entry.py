@@ -14,6 +14,8 @@ from spherical_wrist.errors import WristError, one_line
 INVALID, SIGINT_CODE = 2, 130
 NO_THREAD = "can't start new thread"
 """Text of Python's RuntimeError where the system gives it no more threads."""
+NO_ROOM = "Could not allocate memory"
+"""Text of MuJoCo's error where it cannot make room for a state."""
 
 
 def run() -> None:
@@ -61,7 +63,7 @@ def _exit_code() -> int:
             raise
         elif interrupted:
             code = SIGINT_CODE  # raised by a module that was being imported
-        elif isinstance(error, ImportError | SystemError) or str(error) == NO_THREAD:
+        elif isinstance(error, ImportError | SystemError) or str(error) in (NO_THREAD, NO_ROOM):
             code = _refused(_unloaded(error))
         else:
             raise

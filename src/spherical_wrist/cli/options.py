@@ -9,8 +9,10 @@ from typing import Annotated, Any
 from typer import Argument, Context, Option
 
 from spherical_wrist.cli import completion
+from spherical_wrist.cli.streams import warned
 from spherical_wrist.cli.verbosity import Quiet, StageLog, Verbose, set_verbosity
 from spherical_wrist.experiment.options import OPTIONS, ParameterOption
+from spherical_wrist.memory import memory_warning
 
 Command = Callable[..., Any]
 Changes = Mapping[str, Any]
@@ -155,6 +157,8 @@ def with_options(command: Command) -> Command:
     @wraps(command)
     def called(**values: Any) -> Any:
         set_verbosity(quiet=values.pop("quiet"), verbose=values.pop("verbose"))
+        if warning := memory_warning():  # before the libraries that it is about are loaded
+            warned(warning)
         if chosen:
             given = {option.parameter: values.pop(option.name) for option in chosen}
             if given.get("law") is not None:

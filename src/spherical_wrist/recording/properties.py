@@ -116,7 +116,7 @@ def _described() -> type[BaseModel]:
 
 def _part(name: str) -> type[BaseModel]:
     """Return the model of a described part: its name, and the parameters that all members of its family have."""
-    common: dict[str, Any] = {key: (_kind(field), None) for key, field in PARTS[name].model_fields.items()}
+    common: dict[str, Any] = {key: (_kind(field), ...) for key, field in PARTS[name].model_fields.items()}
     return create_model(name, __config__=_Group, name=(str, ...), **common)
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from spherical_wrist.compat.rrd import unpacked_size
 from spherical_wrist.errors import RecordingError, one_line
 from spherical_wrist.files import read_whole
-from spherical_wrist.recording.memory import memory
+from spherical_wrist.memory import memory
 from spherical_wrist.seal import Seal, seal_of
 
 _BEGIN, _END = b"RRF2", b"RRF2FOOT"
