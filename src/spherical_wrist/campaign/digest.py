@@ -14,7 +14,19 @@ from spherical_wrist.simulation.run import versions
 from spherical_wrist.wrist import model_files
 
 SHOWING = {
-    *("__main__", "api", "assertions", "cli", "comparison", "design", "environment", "film", "guides", "inspection"),
+    *(
+        "__main__",
+        "api",
+        "assertions",
+        "cli",
+        "comparison",
+        "design",
+        "environment",
+        "film",
+        "guides",
+        "inspection",
+        "memory",
+    ),
     *("missing_package", "paper", "picture_axes", "recording", "report", "result_table", "stability", "tuning"),
 }
 """Rooms of the package that campaigns do not run: they show and compare results. A test compares with imports."""
