@@ -224,7 +224,8 @@ record(run, folder / "run.rrd")
 back = load_recording(folder / "run.rrd")
 assert (back.observed_torque == run.observed_torque).all()
 assert "Observed torque" in {plot.title for plot in back.plots()}
-assert "Observed torque" in {panel.get_title("left") for panel in run_picture(back, ["t"]).axes}
+drawn = {panel.get_title("left"): panel.get_ylabel() for panel in run_picture(back, ["t"]).axes}
+assert drawn["Observed torque"] == "d̂ [N·m]"
 assert "observed_torque_x_Nm" in {column.name for column in columns(back)}
 assert [each.name for each in difference(back, back.replaced(observed_torque=run.error)).arrays if not each.same] == [
     "observed_torque"

@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from spherical_wrist.arrays import Array
-from spherical_wrist.channels import XYZ, Place
+from spherical_wrist.channels import XYZ, Place, Source
 from spherical_wrist.colours import AXES, GREY, ORANGE, of_components
 from spherical_wrist.inspection.curves import BINS, drawable, with_gaps
 from spherical_wrist.inspection.drawing import INK, LAYER, figure, fit, fit_decades, line, lines, name
@@ -175,7 +175,7 @@ def _plot(panel: Axes, time: Array, plot: Plot) -> None:
         for values in curves.T:
             line(panel, time, values, bins, color=INK, linewidth=0.6, alpha=1.0 if len(plot.axes) == 1 else 0.35)
     fit(panel, curves)
-    is_state = plot.channel.place is Place.OTHER
+    is_state = plot.channel.source is Source.STATE
     symbol = "" if is_state else plot.symbol
     panel.set_ylabel(f"{symbol} [{plot.unit}]".strip() if plot.unit else symbol)
     panel.locator_params(axis="y", nbins=3)
