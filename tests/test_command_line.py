@@ -227,6 +227,14 @@ def test_a_recording_that_was_not_named_is_replaced_with_a_word(wrist):
 # --- wrist list
 
 
+def test_every_model_and_motion_of_the_package_is_listed_by_its_name(wrist):
+    models = Path(__file__).parents[1] / "models"
+    for kind, files in (("wrists", models.glob("*.xml")), ("motions", models.glob("*.csv"))):
+        code, out, _ = wrist("list", kind, "--json")
+        assert (code, set(json.loads(out))) == (0, {file.stem for file in files})
+    assert "115 mm" in wrist("list", "wrist", "wrist")[1]
+
+
 def test_bare_list_says_what_can_be_listed(wrist):
     code, out, _ = wrist("list")
     assert code == 0

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from difflib import get_close_matches
 from inspect import cleandoc
 from pathlib import Path
@@ -20,6 +20,7 @@ from spherical_wrist.cli.options import Json
 from spherical_wrist.cli.tables import print_json, printer
 from spherical_wrist.consent import is_code
 from spherical_wrist.errors import ParameterError, UnknownNameError, listed
+from spherical_wrist.package_files import package_files
 
 if TYPE_CHECKING:
     from pydantic import BaseModel
@@ -32,6 +33,32 @@ LONGEST = 30
 """Columns up to which a name stands beside its summary."""
 Entry = dict[str, Any]
 """Description of one thing as plain data; ``summary`` is a sentence, ``parameters`` are described by name."""
+
+
+class PackageFiles(Mapping[str, Entry]):
+    """Descriptions of files of the package by name. Each is made when it is asked for: counting them reads none.
+
+    Args:
+        kind: kind of files, of :data:`spherical_wrist.package_files.KINDS`.
+        describe: describes the file of a name.
+    """
+
+    def __init__(self, kind: str, describe: Callable[[str], Entry]) -> None:
+        self._names, self._describe = tuple(package_files(kind)), describe
+
+    def __getitem__(self, name: str) -> Entry:
+        """Return the description of a file."""
+        if name not in self._names:
+            raise KeyError(name)
+        return self._describe(name)
+
+    def __iter__(self) -> Iterator[str]:
+        """Iterate over the names."""
+        return iter(self._names)
+
+    def __len__(self) -> int:
+        """Return the number of files."""
+        return len(self._names)
 
 
 class Kind(NamedTuple):
@@ -49,7 +76,7 @@ class Kind(NamedTuple):
     name: str
     others: tuple[str, ...]
     meaning: str
-    entries: Callable[[], dict[str, Entry]]
+    entries: Callable[[], Mapping[str, Entry]]
     own: Callable[[str], Entry] | None = None
     keys: tuple[str, ...] = ()
 
@@ -76,7 +103,7 @@ def command(
     if kind is None and not json:
         _print_kinds(known)
     elif kind in (None, ALL):
-        found = {each.name: each.entries() for each in known.values()}
+        found = {each.name: dict(each.entries()) for each in known.values()}
         if json:
             print_json(found)
         else:
@@ -96,16 +123,15 @@ def kinds() -> dict[str, Kind]:
     from spherical_wrist.experiment.description import PARTS, Experiment
     from spherical_wrist.experiment.options import FLAGS
     from spherical_wrist.experiment.presets import HARDWARE
-    from spherical_wrist.package_files import package_files
 
     found = [_family(part, family, FLAGS.get(part, f"--set {part}")) for part, family in PARTS.items()]
     found += [
         Kind("experiment", ("parameters", "settings"), "its parameters: --set", lambda: _fields(Experiment)),
         Kind("hardware", (), "presets of sensors and motors: --hardware", lambda: _plain(HARDWARE)),
         Kind("wrists", ("wrist", "models", "model"), "wrist models: --model",
-             lambda: {name: _wrist(name) for name in package_files("model")}, _wrist),
+             lambda: PackageFiles("model", _wrist), _wrist),
         Kind("motions", ("motion",), "recorded motions: --reference recorded:NAME",
-             lambda: {name: _motion(name) for name in package_files("motion")}, _motion),
+             lambda: PackageFiles("motion", _motion), _motion),
         Kind("cases", ("case", "suite"), "cases of wrist compare: --case", lambda: {e.name: _case(e) for e in DEFAULT}),
         Kind("axes", ("axis",), "axes of wrist frontier: --axis", lambda: {n: _axis(a) for n, a in AXES.items()}),
         Kind("metrics", ("metric", "figures"), "figures of merit of a run, as in JSON and bounds", _metrics,
@@ -347,7 +373,7 @@ def _asked(known: Mapping[str, Kind], kind: str, name: str | None) -> tuple[Kind
 def _show_kind(kind: Kind, json: bool) -> None:
     entries = kind.entries()
     if json:
-        print_json(entries)
+        print_json(dict(entries))
         return
     console = printer()
     console.print(_entries(entries, kind.keys))
@@ -369,8 +395,8 @@ def _show_one(kind: Kind, name: str, json: bool) -> None:
         return
     console = printer()
     console.print(Text.assemble((name, "bold green"), f"  {entry.get('status', '')}".rstrip()))
-    text = _docstring(kind, name) or entry["summary"]
-    console.print(Text(textwrap.indent(_reflowed(text, console.width - 2), "  ")), soft_wrap=True)
+    if text := _docstring(kind, name) or entry["summary"]:
+        console.print(Text(textwrap.indent(_reflowed(text, console.width - 2), "  ")), soft_wrap=True)
     _print_details(console, kind, name, entry)
 
 
