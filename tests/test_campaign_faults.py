@@ -5,6 +5,7 @@ faults, bit for bit.
 """
 
 import asyncio
+import multiprocessing
 import os
 import shutil
 import signal
@@ -25,6 +26,7 @@ import pytest
 from distributed.cli import dask_scheduler, dask_worker
 from distributed.comm import connect
 from distributed.security import Security
+from distributed.utils import get_mp_context
 
 from sampling import count, long, some
 from spherical_wrist.campaign.cluster import Cluster, Tls, connected, run_all
@@ -49,6 +51,19 @@ SEEDS = range(count(1, 1))
 pytestmark = pytest.mark.slow
 WRIST = [sys.executable, "-c", "from spherical_wrist.cli import main; main()"]
 HERE = Cluster(workers=0, threads=2)
+IMPORTED = ("distributed", "spherical_wrist.campaign.batch", "spherical_wrist.simulation.simulate")
+"""Modules that a worker imports, which take most of the time that it needs to begin."""
+
+
+@pytest.fixture(scope="module", autouse=True)
+def quick_workers():
+    """Fork worker processes of this one from a process that has done their imports; those of the command do their own.
+
+    They are processes like any other, which are killed, refuse strangers, and are begun anew.
+    """
+    with dask.config.set({"distributed.worker.multiprocessing-method": "forkserver"}):
+        get_mp_context().set_forkserver_preload(list(IMPORTED))
+        yield
 
 
 def begun(path, text=TEXT):
@@ -127,7 +142,7 @@ def test_a_worker_is_killed(expected, tmp_path, seed):
     def kill():
         wait_for(folder.path, batches)
         time.sleep(later)
-        workers = [p for p in psutil.Process().children(recursive=True) if any("spawn_main" in a for a in p.cmdline())]
+        workers = sorted(multiprocessing.active_children(), key=lambda process: process.pid)
         victim = workers[np.random.default_rng(seed).integers(len(workers))]
         victim.kill()
         killed.append(victim.pid)
@@ -162,12 +177,11 @@ runpy.run_module(sys.argv[0], run_name="__main__", alter_sys=True)
 """Runs modules as ``python -m`` does, in processes of their own that find the slow imports done."""
 
 
-@contextmanager
+@pytest.fixture(scope="module")
 def nursery():
     """A function that begins ``python -m`` with its arguments, and returns the process."""
-    imported = ("distributed", "spherical_wrist.campaign.batch", "spherical_wrist.simulation.simulate")
     pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": subprocess.DEVNULL, "text": True}
-    with subprocess.Popen([sys.executable, "-c", NURSERY, *imported], **pipes) as process:
+    with subprocess.Popen([sys.executable, "-c", NURSERY, *IMPORTED], **pipes) as process:
 
         def begin(*arguments):
             process.stdin.write("\t".join(arguments) + "\n")
@@ -179,22 +193,21 @@ def nursery():
 
 
 @contextmanager
-def cluster_of(*options, workers=1, protocol="tcp"):
+def cluster_of(begin, *options, workers=1, protocol="tcp"):
     """A scheduler and its workers as processes of their own: the scheduler's, its address, and theirs."""
     with socket_free() as port:
         address = f"{protocol}://127.0.0.1:{port}"
     where = ["--host", "127.0.0.1", "--port", str(port), "--protocol", protocol, "--no-dashboard"]
     worker = [dask_worker.__name__, address, "--host", "127.0.0.1", "--no-dashboard", "--no-nanny", "--nthreads", "1"]
-    with nursery() as begin:
-        scheduler = begin(dask_scheduler.__name__, *where, *options)
-        team = [begin(*worker, *options) for _ in range(workers)]
-        try:
-            yield scheduler, address, tuple(team)
-        finally:
-            for process in (*team, scheduler):
-                with suppress(psutil.NoSuchProcess):
-                    process.kill()
-            psutil.wait_procs([*team, scheduler])
+    scheduler = begin(dask_scheduler.__name__, *where, *options)
+    team = [begin(*worker, *options) for _ in range(workers)]
+    try:
+        yield scheduler, address, tuple(team)
+    finally:
+        for process in (*team, scheduler):
+            with suppress(psutil.NoSuchProcess):
+                process.kill()
+        psutil.wait_procs([*team, scheduler])
 
 
 @contextmanager
@@ -214,8 +227,8 @@ class Remote(NamedTuple):
 
 
 @pytest.fixture(scope="module", params=SEEDS)
-def remote(request):
-    with cluster_of(workers=3) as (scheduler, address, team):
+def remote(nursery, request):
+    with cluster_of(nursery, workers=3) as (scheduler, address, team):
         yield Remote(request.param, scheduler, address, list(team))
 
 
@@ -310,20 +323,28 @@ def sys_path():
     return [each for each in sys.path if Path(each).is_dir()]
 
 
-def answers(address, security):
-    """Return True if a Dask process answers somebody with such an identity: it would then run any code for him."""
+def answers(asked, patience):
+    """Return True for each address where a Dask process answers somebody with such an identity.
 
-    async def ask():
-        comm = await connect(address, timeout=2.0, **security.get_connection_args("client"))
+    It would then run any code for him. All are asked at the same time, and given up after a time [s].
+    """
+
+    async def ask(address, security):
+        comm = await connect(address, timeout=patience, **security.get_connection_args("client"))
         await comm.write({"op": "identity", "reply": True})
         await comm.read()
         comm.abort()
 
-    try:
-        asyncio.run(asyncio.wait_for(ask(), 4.0))
-    except (OSError, TimeoutError):
+    async def answered(address, security):
+        with suppress(OSError, TimeoutError):
+            await asyncio.wait_for(ask(address, security), patience)
+            return True
         return False
-    return True
+
+    async def ask_all():
+        return await asyncio.gather(*(answered(*each) for each in asked))
+
+    return asyncio.run(ask_all())
 
 
 def test_clusters_of_this_machine_let_nobody_in(monkeypatch):
@@ -345,11 +366,14 @@ def test_clusters_of_this_machine_let_nobody_in(monkeypatch):
         found = listening()
         assert {address.ip for address in found} == {"127.0.0.1"}
         assert len(found) == 3  # scheduler, worker, and what watches over the worker
+        mine = {"tls": client.security}
         strangers = {"tls": Security.temporary(), "tcp": Security()}
-        for _, port in found:
-            assert answers(f"tls://127.0.0.1:{port}", client.security)
-            for protocol, stranger in strangers.items():
-                assert not answers(f"{protocol}://127.0.0.1:{port}", stranger)
+
+        def asked(identities):
+            return [(f"{kind}://127.0.0.1:{port}", each) for _, port in found for kind, each in identities.items()]
+
+        assert all(answers(asked(mine), 60.0))
+        assert not any(answers(asked(strangers), 2.0))
         scratch = [Path(each) for found in client.run(sys_path).values() for each in found if "dask" in each]
         assert scratch
         assert all(each.parent.stat().st_mode & 0o077 == 0 for each in scratch)
@@ -393,13 +417,13 @@ def test_nobody_answers():
 
 
 @pytest.mark.skipif(shutil.which("openssl") is None, reason="needs openssl to make certificates")
-def test_a_cluster_by_tls(tmp_path):
+def test_a_cluster_by_tls(nursery, tmp_path):
     ca, cert, key = (tmp_path / name for name in ("ca.pem", "cert.pem", "key.pem"))
     new = ["openssl", "req", "-x509", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:P-256", "-nodes", "-days", "1"]
     subprocess.run([*new, "-subj", "/CN=localhost", "-keyout", key, "-out", cert], check=True, capture_output=True)
     shutil.copy(cert, ca)  # it signed itself
     options = ["--tls-ca-file", str(ca), "--tls-cert", str(cert), "--tls-key", str(key)]
-    with cluster_of(*options, protocol="tls") as (_, address, _):
+    with cluster_of(nursery, *options, protocol="tls") as (_, address, _):
         with connected(Cluster(address, tls=Tls(ca, cert, key))) as client:
             assert [result for _, result in run_all(client, abs, [-7], lambda task: (task,))] == [7]
         with pytest.raises(CampaignError, match="no scheduler"), connected(Cluster(address.replace("tls", "tcp"))):
