@@ -28,10 +28,10 @@ ADDRESSES = 2**33
 
 
 def examples(whole: int) -> settings:
-    """Return settings for so many examples, by default a quarter of them, without a limit on the time they take."""
+    """Return settings for so many examples, by default a sixth of them, without a limit on the time they take."""
     slow = [HealthCheck.too_slow, HealthCheck.function_scoped_fixture, HealthCheck.data_too_large]
     return settings(
-        max_examples=count(whole // 4, whole), deadline=None, suppress_health_check=[*slow, HealthCheck.filter_too_much]
+        max_examples=count(whole // 6, whole), deadline=None, suppress_health_check=[*slow, HealthCheck.filter_too_much]
     )
 
 

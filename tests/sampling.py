@@ -16,6 +16,14 @@ long = pytest.mark.skipif(not THOROUGH, reason="long; WRIST_THOROUGH=1 runs it")
 """Mark of a test of which a shorter one of the same kind always runs."""
 
 
+SMALLER = {
+    "frontier": ["--set", "duration=1"],
+    "render": ["--fps", "5"],
+    "tune": ["--trials", "2", "--duration", "0.3"],
+}
+"""Options that make the task of a long command smaller; they replace those of an example in the documentation."""
+
+
 def count(sample: int, whole: int) -> int:
     """Return how many random moments or examples to try."""
     return whole * THOROUGH or sample

@@ -5,7 +5,6 @@ more line of COMMANDS. By default each command meets one of three full disks; wi
 """
 
 import gc
-import io
 import os
 import re
 import shutil
@@ -14,13 +13,13 @@ import sys
 from contextlib import contextmanager
 from functools import cache
 
-import numpy as np
 import pytest
 from matplotlib.figure import Figure
 from typer.main import get_command
 
 import needs
 from sampling import THOROUGH, some
+from sketches import sketched
 from spherical_wrist.cli import main
 from spherical_wrist.cli.app import app
 from spherical_wrist.paper.evaluation import report
@@ -42,9 +41,10 @@ COMMANDS = {
     "inspect": "inspect run.rrd --plot out/a.png --plot out/a.svg --export out/a.csv --export out/a.parquet",
     "diff": "diff run.rrd run.rrd --plot out/a.png",
     "extract": "replay run.rrd --extract out",
-    "film": "render run.rrd -o out/a.gif --size 160x120 --fps 10",
+    "film": "render run.rrd -o out/a.gif --size 160x120 --fps 5",
     "picture": "render run.rrd --frame out/a.png --size 320x240",
     "screenshot": "view run.rrd --screenshot out/a.png --size 400x300",
+    "ablate": "ablate fuzzy_observer_sliding --duration 0.3 -o out --plot out/a.png --table out/a.md",
     "tune": "tune pd --trials 3 --case constant-heavy --duration 0.3 -o out --plot out/a.png",
 }
 """Command lines of ``wrist``; ``out`` is the disk. Searching gains takes longest: it is tried with WRIST_THOROUGH=1."""
@@ -64,24 +64,8 @@ mass_scale = { uniform = [0.5, 1.5] }
 """
 
 
-_save = Figure.savefig
 evaluated = cache(report.evaluate)
 """The runs of ``wrist paper``, done once; these tests are about its writing."""
-
-
-@cache
-def sketch(kind):
-    """A picture of noise, as bytes: quicker to draw than those of the commands, and as long."""
-    drawing = Figure()
-    drawing.add_subplot().plot(np.random.default_rng(0).normal(size=(500, 3)))
-    content = io.BytesIO()
-    _save(drawing, content, format=kind)
-    return content.getvalue()
-
-
-def drawn_at_once(drawing, target, **options):
-    """In place of drawing into memory, whose bytes the command then writes."""
-    target.write(sketch(options["format"])) if isinstance(target, io.BytesIO) else _save(drawing, target, **options)
 
 
 class Disk:
@@ -134,7 +118,7 @@ def wrist(capfd, monkeypatch, tmp_path):
     """Runs the command here; gives its exit code and what it said."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(report, "evaluate", evaluated)
-    monkeypatch.setattr(Figure, "savefig", drawn_at_once)
+    monkeypatch.setattr(Figure, "savefig", sketched)
     (tmp_path / "campaign.toml").write_text(CAMPAIGN)
 
     def command(text):

@@ -8,9 +8,11 @@ from pathlib import Path
 import duckdb
 import mujoco
 import pytest
+from matplotlib.figure import Figure
 
 import spherical_wrist
-from sampling import long, some
+from sampling import SMALLER, THOROUGH, long, some
+from sketches import sketched
 from spherical_wrist import Experiment
 from spherical_wrist.campaign.description import Campaign
 from spherical_wrist.cli import completion, main
@@ -30,9 +32,13 @@ def wrist(capsys, monkeypatch, tmp_path):
     """Runs a command line in this process; gives exit code, stdout and stderr."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.syspath_prepend(tmp_path)
+    if not THOROUGH:
+        monkeypatch.setattr(Figure, "savefig", sketched)
 
     def command(line):
-        monkeypatch.setattr(sys, "argv", shlex.split(line, comments=True))
+        words = shlex.split(line, comments=True)
+        smaller = [] if THOROUGH or "--help" in words else SMALLER.get(words[1], [])
+        monkeypatch.setattr(sys, "argv", [*words, *smaller])
         with pytest.raises(SystemExit) as end:
             main()
         printed = capsys.readouterr()
@@ -58,6 +64,8 @@ def test_examples_run_in_order(name, wrist, tmp_path, capsys, monkeypatch):
             printed = capsys.readouterr().out
         elif language == "sh":
             for line in text.replace("\\\n", " ").splitlines():
+                if line.startswith("#"):
+                    continue
                 if line.startswith(NOT_RUN):
                     _, known, _ = wrist(" ".join([*line.split()[:2], "--help"]))
                     assert set(re.findall(r" (--?\w[\w-]*)", line.partition("#")[0])) <= set(

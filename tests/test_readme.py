@@ -19,9 +19,11 @@ from itertools import pairwise
 from pathlib import Path
 
 import pytest
+from matplotlib.figure import Figure
 
 import needs
-from sampling import THOROUGH, some
+from sampling import SMALLER, THOROUGH, some
+from sketches import sketched
 from spherical_wrist import Experiment
 from spherical_wrist.cli import main
 from spherical_wrist.control import Law
@@ -34,13 +36,12 @@ FIGURES = runpy.run_path(str(ROOT / "scripts" / "figures.py"))
 KEPT = FIGURES["kept"]()
 SCRIPTS = [text for language, text in BLOCKS if language == "python" and not FILE.match(text)]
 TESTS = [FILE.match(text)[1] for language, text in BLOCKS if language == "python" and text.startswith("# test_")]
-SMALLER = {
+SHORTER = SMALLER | {
     "run": ["--duration", "5"],
     "compare": ["--duration", "1", "--case", "constant-heavy", "--case", "realistic"],
-    "frontier": ["--set", "duration=1"],
-    "tune": ["--trials", "2", "--duration", "0.3"],
 }
-"""Options that make the task of a long command smaller; they replace those of the README."""
+CAMPAIGN = {"samples": "4", "duration": "0.5"}
+"""Size of the campaign that is run in place of that of the README."""
 
 
 def chains():
@@ -92,7 +93,7 @@ def run_here(line, monkeypatch):
     """Run a command line in this process, on a smaller task where it is a long one."""
     program, command, *rest = shlex.split(line, comments=True)
     assert program == "wrist"
-    monkeypatch.setattr(sys, "argv", [program, command, *rest, *SMALLER.get(command, [])])
+    monkeypatch.setattr(sys, "argv", [program, command, *rest, *SHORTER.get(command, [])])
     with pytest.raises(SystemExit) as end:
         main()
     assert not end.value.code, line
@@ -113,7 +114,12 @@ def test_commands_run_in_order(clone, monkeypatch, lines):
         run("bash", "-euo", "pipefail", "-c", text)
     else:
         campaign = clone / "scripts" / "campaign.toml"
-        campaign.write_text(re.sub(r"^samples = .*$", "samples = 8", campaign.read_text(), flags=re.MULTILINE))
+        monkeypatch.setattr(Figure, "savefig", sketched)
+        text_of_it = campaign.read_text()
+        for name, value in CAMPAIGN.items():
+            text_of_it, found = re.subn(rf"^{name} = .*$", f"{name} = {value}", text_of_it, flags=re.MULTILINE)
+            assert found == 1
+        campaign.write_text(text_of_it)
         for line in lines:
             run_here(line, monkeypatch)
     for made in written(lines):
