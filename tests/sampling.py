@@ -5,6 +5,7 @@ WRIST_THOROUGH=20 runs all of it, with twenty times as many random moments and e
 
 import os
 from collections.abc import Iterable
+from itertools import product
 from typing import Any
 
 import pytest
@@ -32,3 +33,11 @@ def count(sample: int, whole: int) -> int:
 def some(cases: Iterable[Any], step: int) -> list[Any]:
     """Return every ``step``-th case, the first one among them; with WRIST_THOROUGH=1, all."""
     return list(cases)[:: 1 if THOROUGH else step]
+
+
+def pairs(ones: Iterable[Any], others: Iterable[Any]) -> list[tuple[Any, Any]]:
+    """Return pairs in which every one and every other occurs; with WRIST_THOROUGH=1, all pairs."""
+    first, second = list(ones), list(others)
+    if THOROUGH:
+        return list(product(first, second))
+    return [(first[k % len(first)], second[k % len(second)]) for k in range(max(len(first), len(second)))]

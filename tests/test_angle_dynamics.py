@@ -5,7 +5,7 @@ from copy import copy
 import mujoco
 import numpy as np
 import pytest
-from hypothesis import example, given, settings
+from hypothesis import example, given
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
@@ -44,7 +44,6 @@ WRISTS = {
     "elsewhere": wrist_of(mjcf().replace("<option", '<option gravity="1.0 -2.0 -9.0"')),
 }
 each_wrist = pytest.mark.parametrize("wrist", WRISTS.values(), ids=WRISTS)
-quick = settings(max_examples=100, deadline=None)
 regular = st.tuples(st.floats(-7.0, 7.0), st.floats(-1.5, 1.5), st.floats(-7.0, 7.0)).map(np.array)
 
 
@@ -236,7 +235,6 @@ def test_limits_and_contacts_are_not_part_of_eq_1():
     assert limited.model.opt.disableflags == flags  # and the wrist is left as it was
 
 
-@quick
 @given(regular)
 @example(np.array([np.pi, 0.0, -np.pi]))
 def test_angles_and_attitudes_are_scipys(angles):
@@ -251,7 +249,6 @@ def test_angles_and_attitudes_are_scipys(angles):
     np.testing.assert_allclose(wrapped(angles_of_attitude(-3.0 * quaternion) - back), np.zeros(3), atol=1e-13)
 
 
-@quick
 @given(quaternions())
 @example(np.array([1.0, 0.0, 1.0, 0.0]) / np.sqrt(2.0))
 @example(np.array([1.0, 1.0, -1.0, 1.0]) / 2.0)
@@ -292,7 +289,6 @@ def test_wrapped_is_above_minus_and_up_to_plus_half_a_turn(angle, expected):
         assert wrapped(angle) == angle
 
 
-@quick
 @given(regular, regular, regular)
 def test_rates_and_accelerations_are_the_slopes_of_the_attitude(angles, rates, accelerations):
     """ω from R by finite differences, Ė from E, ω̇ from ω along q̇ and q̈; and the inverses."""

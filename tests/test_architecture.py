@@ -72,12 +72,17 @@ PUBLIC = {"_replace", "_asdict", "_fields", "_make", "_exit"}
 
 
 @cache
+def tree(path):
+    return ast.parse(path.read_text(encoding="utf-8"))
+
+
+@cache
 def imports():
     """Return every import as (file, room of the file, dotted name); relative ones begin with a dot."""
     found = []
     for path in sorted(ROOT.rglob("*.py")):
         file = path.relative_to(ROOT)
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        for node in ast.walk(tree(path)):
             names = []
             if isinstance(node, ast.Import):
                 names = [alias.name for alias in node.names]
@@ -149,7 +154,7 @@ def test_private_parts_of_libraries_are_used_in_the_compatibility_room_only():
         f"{path.relative_to(ROOT)}: {name}"
         for path in sorted(ROOT.rglob("*.py"))
         if path.relative_to(ROOT).parts[0] != "compat"
-        for name in private_uses(ast.parse(path.read_text()))
+        for name in private_uses(tree(path))
     ]
     assert not offenders
 

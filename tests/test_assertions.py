@@ -16,6 +16,7 @@ from scipy import stats
 
 import spherical_wrist
 from rigs import one_line
+from sampling import count
 from spherical_wrist import Experiment, assertions, simulate
 from spherical_wrist.assertions import RandomWrists, Tracked, WristGrid, assert_tracks, command_of
 from spherical_wrist.cli import main
@@ -249,7 +250,7 @@ def test_a_random_family_is_drawn_as_it_says():
 
 
 @given(st.integers(0, 2**32), st.integers(1, 8))
-@settings(max_examples=20)
+@settings(max_examples=count(5, 20))
 def test_a_random_family_is_the_same_for_the_same_seed_and_begins_alike(seed, samples):
     base = Experiment()
     few = RandomWrists(samples=samples, seed=seed).experiments(base)

@@ -22,7 +22,7 @@ from scipy.stats import bootstrap
 
 from picture_checks import overlaps
 from rigs import one_line
-from sampling import some
+from sampling import count, some
 from spherical_wrist import Experiment, load_recording, simulate
 from spherical_wrist.cli import main
 from spherical_wrist.cli.compare import print_comparison
@@ -547,7 +547,7 @@ experiments = st.fixed_dictionaries(
 
 
 @given(experiments)
-@settings(max_examples=200)
+@settings(max_examples=count(50, 200))
 def test_a_command_makes_the_experiment_again(values):
     try:
         made = Experiment(**values)
@@ -892,7 +892,7 @@ def test_wrong_input_is_one_line_exit_code_2_and_writes_nothing(wrist, arguments
     assert [path.name for path in Path().iterdir()] == ["e.toml"]
 
 
-@pytest.mark.parametrize("delay", [0.0, 1.5])
+@pytest.mark.parametrize("delay", [0.0, 0.5])
 def test_ctrl_c_stops_at_once(tmp_path, delay):
     """While the runs are handed to the threads, and while these simulate."""
     simulate(Experiment(law="pd", duration=0.01))  # compiles what the process below then loads

@@ -3,7 +3,7 @@
 import mujoco
 import numpy as np
 import pytest
-from hypothesis import example, given, settings
+from hypothesis import example, given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
@@ -29,7 +29,6 @@ WRISTS = {
 CHAINS = {name: Chain.of(wrist) for name, wrist in WRISTS.items()}
 SHIPPED = CHAINS["shipped"]
 each_wrist = pytest.mark.parametrize("name", WRISTS)
-quick = settings(max_examples=100, deadline=None)
 DVRK = np.deg2rad([[-80.0, 80.0], [-80.0, 80.0], [-260.0, 260.0]])
 any_angles = st.tuples(*[st.floats(-10.0, 10.0)] * 3).map(np.array)
 
@@ -111,7 +110,6 @@ def test_eq_8_is_mujocos_pose_of_the_tip(name):
     np.testing.assert_allclose(chain.transform(angles.reshape(5, 10, 3))[2, 3], poses[23], atol=1e-15)
 
 
-@quick
 @given(any_angles, directions(), st.floats(0.0, 3.0))
 def test_eq_3_is_zero_where_the_angles_reach_the_attitude_and_else_says_how_far_it_is(angles, axis, angle):
     """Eq. (3): Ψ(X, q) is the turn from the chain's attitude to X."""
@@ -123,7 +121,6 @@ def test_eq_3_is_zero_where_the_angles_reach_the_attitude_and_else_says_how_far_
     np.testing.assert_allclose(many, [angle * axis] * 2, atol=1e-13)
 
 
-@quick
 @given(any_angles)
 @example(np.zeros(3))
 @example(np.array([np.pi, 0.3, -np.pi]))
@@ -163,7 +160,6 @@ def counted(angles, limits):
     return int(total)
 
 
-@quick
 @given(any_angles, any_angles, any_angles)
 def test_within_limits_every_branch_is_found_and_nothing_else(angles, one, other):
     """All whole turns of both families that the limits allow, each once, each reaching the attitude."""
@@ -237,7 +233,6 @@ def test_at_the_singularity_each_answer_stands_for_a_line(side):
     assert len(angles_of_rotation(matrix, DVRK).angles) == 0  # its β ends at 80°
 
 
-@quick
 @given(st.sampled_from([-1.0, 1.0]), any_angles, any_angles, any_angles)
 def test_singular_answers_within_limits_are_complete(side, angles, one, other):
     """Scanned by brute force: some (α, γ) of the box is on the line if and only if there is an answer."""
@@ -262,7 +257,6 @@ def test_singular_answers_within_limits_are_complete(side, angles, one, other):
         assert len(found.angles) == segments * betas
 
 
-@quick
 @given(directions(), st.floats(-7.0, 7.0), st.sampled_from(sorted(WRISTS)))
 @example(np.array([1.0, 0.0, 0.0]), 0.4, "shipped")
 @example(np.array([-1.0, 1e-14, 0.0]), 0.4, "shipped")

@@ -2,7 +2,10 @@
 
 import ast
 import re
+from functools import cache
 from pathlib import Path
+
+import pytest
 
 import spherical_wrist
 
@@ -48,12 +51,15 @@ def fields(node):
     return names | {each.attr for each in inner}
 
 
-OBJECTS = {
-    f"{path.relative_to(ROOT)}:{name}": node
-    for path in FILES
-    for name, node in documented(ast.parse(path.read_text(encoding="utf-8")))
-}
-"""Every documented object of the package by file and dotted name."""
+@cache
+def tree(path):
+    return ast.parse(path.read_text(encoding="utf-8"))
+
+
+@pytest.fixture(scope="module")
+def objects():
+    """Return every documented object of the package by file and dotted name."""
+    return {f"{path.relative_to(ROOT)}:{name}": node for path in FILES for name, node in documented(tree(path))}
 
 
 def raised(node):
@@ -63,34 +69,34 @@ def raised(node):
     return {name for name in names if name.endswith("Error") and name != "NotImplementedError"}
 
 
-def test_there_is_something_to_check():
-    assert len(OBJECTS) > 500
-    assert sum(len(sections(node).get("Args", ())) for node in OBJECTS.values()) > 300
+def test_there_is_something_to_check(objects):
+    assert len(objects) > 500
+    assert sum(len(sections(node).get("Args", ())) for node in objects.values()) > 300
 
 
-def test_args_are_the_parameters():
+def test_args_are_the_parameters(objects):
     """Section Args, where there is one, has every parameter and nothing else."""
     assert not [
         (name, explained, parameters(node))
-        for name, node in OBJECTS.items()
+        for name, node in objects.items()
         if (explained := sections(node).get("Args")) is not None
         and [each.lstrip("*") for each in explained] != parameters(node)
     ]
 
 
-def test_attributes_exist():
+def test_attributes_exist(objects):
     assert not [
         (name, missing)
-        for name, node in OBJECTS.items()
+        for name, node in objects.items()
         if isinstance(node, ast.ClassDef) and (missing := set(sections(node).get("Attributes", ())) - fields(node))
     ]
 
 
-def test_raised_errors_are_documented():
+def test_raised_errors_are_documented(objects):
     """Section Raises has every error that a public function raises itself, or their common base class."""
     assert not [
         (name, missing)
-        for name, node in OBJECTS.items()
+        for name, node in objects.items()
         if isinstance(node, ast.FunctionDef)
         and "WristError" not in (documented_errors := sections(node).get("Raises", ()))
         and (missing := raised(node) - set(documented_errors))
@@ -109,11 +115,15 @@ OPENERS = ("What", "Where", "Whether", "How", "That")
 """Words with which a first line becomes a riddle: it begins with an imperative, or names the thing."""
 
 
-def every_docstring(tree):
+def every_docstring(module):
     """Yield the line and the text of the docstrings of modules, classes, functions and constants."""
-    for node in ast.walk(tree):
-        body = getattr(node, "body", None)
-        for each in body if isinstance(body, list) else ():
+    todo = [module]
+    while todo:
+        node = todo.pop()
+        for branch in ("orelse", "handlers", "finalbody", "cases"):
+            todo += getattr(node, branch, ())
+        for each in getattr(node, "body", ()):
+            todo.append(each)
             value = each.value if isinstance(each, ast.Expr) else None
             if isinstance(value, ast.Constant) and isinstance(value.value, str):
                 yield each.lineno, value.value.strip()
@@ -126,6 +136,6 @@ def test_first_lines_are_plain():
     assert not [
         f"{path.relative_to(repository)}:{line}: {text.splitlines()[0]}"
         for path in files
-        for line, text in every_docstring(ast.parse(path.read_text(encoding="utf-8")))
+        for line, text in every_docstring(tree(path))
         if text.split(maxsplit=1)[0] in OPENERS
     ]

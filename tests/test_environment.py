@@ -13,6 +13,7 @@ from gymnasium.vector import AutoresetMode
 from scipy.spatial.transform import Rotation
 
 from rigs import mjcf
+from sampling import pairs
 from spherical_wrist import Experiment, WristError, simulate
 from spherical_wrist.environment import TRACK, register
 from spherical_wrist.environment.action import tunable_gains
@@ -57,8 +58,10 @@ def figures(metrics):
     return {name: value for name, value in metrics.items() if value is not None}
 
 
-@pytest.mark.parametrize("given", [SHORT, NOISY, {"law": "pd", "duration": 1.2, "reference": "beating_heart"}])
-@pytest.mark.parametrize("frame_skip", [1, 7])
+@pytest.mark.parametrize(
+    ("given", "frame_skip"),
+    pairs([SHORT, NOISY, {"law": "pd", "duration": 1.2, "reference": "beating_heart"}], [7, 1]),
+)
 def test_zero_gains_are_the_run_of_simulate_bit_for_bit(given, frame_skip):
     experiment = Experiment(**given)
     run = simulate(experiment)
@@ -239,9 +242,9 @@ def test_wrappers_and_limits_of_gymnasium():
         short.step(np.zeros(3))
 
 
-@pytest.mark.parametrize("mode", list(AutoresetMode))
-@pytest.mark.parametrize(("action", "frame_skip"), [("torque", 7), ("gains", 20)])
-def test_many_wrists_are_as_many_single_ones_bit_for_bit(mode, action, frame_skip):
+@pytest.mark.parametrize(("mode", "kind"), pairs(AutoresetMode, [("torque", 7), ("gains", 20)]))
+def test_many_wrists_are_as_many_single_ones_bit_for_bit(mode, kind):
+    action, frame_skip = kind
     options = {**WILD, "action": action, "frame_skip": frame_skip}
     apart = gymnasium.make_vec(TRACK, 5, "sync", {"autoreset_mode": mode}, **options)
     together = gymnasium.make_vec(TRACK, 5, "vector_entry_point", autoreset_mode=mode, threads=2, **options)

@@ -10,6 +10,7 @@ from pyarrow import parquet
 from scipy.spatial.transform import Rotation
 
 from fuzzing import Command, emptied, examples, outcome
+from sampling import pairs
 from spherical_wrist import Experiment, record, simulate
 
 RUN = ("run", "--duration", "0.02", "--no-recording", "--reference")
@@ -167,9 +168,8 @@ STRANGE = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("kind", STRANGE)
-@pytest.mark.parametrize("name", ["t", "w", "x"])
-def test_any_type_of_column(command, tmp_path, name, kind):
+@pytest.mark.parametrize(("kind", "name"), pairs(STRANGE, ["t", "w", "x"]))
+def test_any_type_of_column(command, tmp_path, kind, name):
     check_motion(command, tmp_path, as_parquet({**WHOLE, name: STRANGE[kind]}))
 
 

@@ -2,14 +2,13 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from rigs import vectors
 from spherical_wrist.control.fuzzy_sliding_computed_torque import RULES
 from spherical_wrist.fuzzy import ERROR_VALUES, RATE_VALUES, fuzzify, sugeno
 
-quick = settings(max_examples=100, deadline=None)
 inputs = st.one_of(st.floats(-3.0, 3.0), st.floats(-1e300, 1e300), st.sampled_from([1.0, -1.0, 0.0, -0.0, 5e-324]))
 weights = st.lists(st.tuples(*[st.floats(0.01, 100.0)] * 3), min_size=7, max_size=7).map(np.array)
 
@@ -33,13 +32,11 @@ def naive(error, rate, theta):
     return above / below
 
 
-@quick
 @given(inputs, inputs, weights)
 def test_agrees_with_the_naive_implementation(error, rate, theta):
     assert sugeno(error, rate, theta) == pytest.approx(naive(error, rate, theta), rel=1e-12)
 
 
-@quick
 @given(inputs, st.integers(2, 12))
 def test_memberships_are_those_of_the_triangles(x, sets):
     """Every degree, so that they add up to one."""
@@ -52,21 +49,18 @@ def test_memberships_are_those_of_the_triangles(x, sets):
     assert degrees.sum() == pytest.approx(1.0, abs=1e-15)
 
 
-@quick
 @given(inputs, inputs, st.floats(0.01, 100.0))
 def test_equal_weights_come_back_whatever_the_inputs(error, rate, theta):
     """The firing strengths of the 21 rules add up to one."""
     assert sugeno(error, rate, np.full((7, 3), theta)) == pytest.approx(theta, rel=1e-15)
 
 
-@quick
 @given(weights)
 def test_each_rule_alone_rules_at_its_peak(theta):
     found = [[sugeno(e, r, theta) for r in RATE_PEAKS] for e in ERROR_PEAKS]
     np.testing.assert_allclose(found, theta, rtol=1e-12)
 
 
-@quick
 @given(inputs, inputs, weights)
 def test_lies_between_the_smallest_and_the_largest_weight(error, rate, theta):
     alpha = sugeno(error, rate, theta)
@@ -74,7 +68,6 @@ def test_lies_between_the_smallest_and_the_largest_weight(error, rate, theta):
     assert alpha > 0.0
 
 
-@quick
 @given(vectors(1.5), st.floats(1e-9, 1e-3), weights)
 def test_is_continuous(point, distance, theta):
     """A slope of at most the weights' spread per distance between the peaks: 3 per unit of e, 1 of ė."""
@@ -84,7 +77,6 @@ def test_is_continuous(point, distance, theta):
     assert abs(moved - sugeno(error, rate, theta)) <= 4.0 * spread * distance + 1e-12 * theta.max()
 
 
-@quick
 @given(inputs, inputs, weights)
 def test_turning_inputs_and_rules_around_changes_nothing(error, rate, theta):
     assert sugeno(-error, -rate, theta[::-1, ::-1]) == pytest.approx(sugeno(error, rate, theta), rel=1e-12)

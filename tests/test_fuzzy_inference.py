@@ -5,7 +5,7 @@ import itertools
 import numpy as np
 import pytest
 import skfuzzy
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from rigs import one_line
@@ -27,7 +27,6 @@ from spherical_wrist.fuzzy import (
 )
 from spherical_wrist.fuzzy.mamdani import coa, cog, max_min, sum_min
 
-quick = settings(max_examples=100, deadline=None)
 VALUES = ("N", "Z", "P")
 X, Y = Variable.even("x", VALUES), Variable.even("y", VALUES)
 METHODS = list(itertools.product(("max_min", "sum_min"), ("coa", "cog")))
@@ -175,7 +174,7 @@ NORMS = list(itertools.product(("min", "product"), ("max", "probabilistic_sum"))
 
 
 @pytest.mark.parametrize(("conjunction", "disjunction"), NORMS)
-@pytest.mark.parametrize("seed", range(count(3, 10)))
+@pytest.mark.parametrize("seed", range(count(2, 10)))
 def test_mamdani_agrees_with_scikit_fuzzys_functions_on_random_rule_bases(seed, conjunction, disjunction):
     """Its membership functions and its centroid, an exact integral: ours are the sums of eq. (32)–(33)."""
     random = np.random.default_rng(100 + seed)
@@ -246,7 +245,6 @@ inputs = st.one_of(st.floats(-3.0, 3.0), st.sampled_from([-np.inf, -1.0, 0.0, 1.
 norms = st.sampled_from(["min", "product"])
 
 
-@quick
 @given(inputs, inputs, thetas, shapes, norms)
 def test_sugeno_lies_between_the_weights_and_equal_weights_come_back(x, y, theta, shape, conjunction):
     first, second = Variable.even("x", VALUES, shape), Variable.even("y", VALUES, shape)
@@ -256,7 +254,6 @@ def test_sugeno_lies_between_the_weights_and_equal_weights_come_back(x, y, theta
     assert same == pytest.approx(theta[0][0])
 
 
-@quick
 @given(inputs, inputs, thetas, shapes, norms)
 def test_sugeno_of_any_order_is_symmetric(x, y, theta, shape, conjunction):
     """Inputs, rules and slopes turned round change nothing."""
@@ -268,14 +265,12 @@ def test_sugeno_of_any_order_is_symmetric(x, y, theta, shape, conjunction):
     assert one == pytest.approx(two, rel=1e-9, abs=1e-9)
 
 
-@settings(max_examples=30, deadline=None)
 @given(inputs, inputs, thetas)
 def test_equation_47_as_compiled_is_the_general_inference(x, y, theta):
     general = Sugeno(RuleBase.table(X, Y, theta, "product"))
     assert sugeno(x, y, np.array(theta)) == pytest.approx(float(general(x, y)), rel=1e-12)
 
 
-@settings(max_examples=40, deadline=None)
 @given(inputs, inputs, shapes, norms, st.sampled_from(METHODS), st.permutations("SMLMLSLSM"))
 def test_mamdani_stays_within_the_sets_is_symmetric_and_does_not_depend_on_the_order(
     x, y, shape, conjunction, how, cells

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 import skfuzzy
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from rigs import one_line
@@ -23,7 +23,6 @@ from spherical_wrist.fuzzy import (
     around,
 )
 
-quick = settings(max_examples=100, deadline=None)
 SHAPES = ("triangular", "trapezoidal", "bell", "gaussian")
 anything = st.one_of(st.floats(-3.0, 3.0), st.floats(-1e300, 1e300), st.sampled_from([-np.inf, np.inf, 0.0, 5e-324]))
 corners = st.lists(st.floats(-2.0, 2.0), min_size=4, max_size=4).map(sorted).filter(lambda c: c[1] - c[0] > 1e-6)
@@ -34,7 +33,6 @@ GRID = np.linspace(-3.0, 3.0, 1201)
 # --- membership functions, eq. (26)
 
 
-@quick
 @given(corners)
 def test_triangles_and_trapezoids_of_equation_26_are_those_of_scikit_fuzzy(corner):
     a, b, c, d = corner
@@ -44,7 +42,6 @@ def test_triangles_and_trapezoids_of_equation_26_are_those_of_scikit_fuzzy(corne
     np.testing.assert_allclose(Triangular(left=a, peak=b, right=d)(GRID), skfuzzy.trimf(GRID, [a, b, d]), atol=1e-12)
 
 
-@quick
 @given(st.floats(-2.0, 2.0), widths, st.floats(0.5, 5.0))
 def test_bells_and_gaussians_of_equation_26_are_those_of_scikit_fuzzy(centre, width, steepness):
     bell = Bell(centre=centre, width=width, steepness=steepness)
@@ -79,7 +76,6 @@ def test_a_vertical_side_belongs_to_the_set():
     assert Trapezoidal(left=0, first=0, last=1, right=1)([-0.1, 0, 1, 1.1]).tolist() == [0, 1, 1, 0]
 
 
-@quick
 @given(st.sampled_from(SHAPES), st.floats(-2.0, 2.0), widths, st.lists(anything, min_size=1, max_size=5))
 def test_degrees_lie_between_zero_and_one_and_keep_their_shape(shape, centre, width, x):
     degrees = around(shape, centre, width)([x, x])
@@ -88,7 +84,6 @@ def test_degrees_lie_between_zero_and_one_and_keep_their_shape(shape, centre, wi
     assert around(shape, centre, width)(centre) == 1.0
 
 
-@quick
 @given(st.sampled_from(SHAPES), st.floats(-2.0, 2.0), widths, st.floats(0.0, 3.0))
 def test_symmetric_sets_are_symmetric_fall_outwards_and_are_a_half_half_way(shape, centre, width, distance):
     one = around(shape, centre, width)
@@ -130,7 +125,6 @@ def test_the_papers_linguistic_values():
     assert RATE_VALUES == ("N", "Z", "P")
 
 
-@quick
 @given(st.sampled_from(["triangular", "trapezoidal"]), st.integers(2, 9), anything)
 def test_triangles_and_trapezoids_are_a_partition_of_unity(shape, count, x):
     """Also beyond the universe, whose ends then hold."""
@@ -146,7 +140,6 @@ def test_neighbours_cross_at_one_half(shape):
     assert degrees["N"] < 0.02
 
 
-@quick
 @given(st.sampled_from(SHAPES), anything)
 def test_evenly_spaced_sets_are_mirror_images(shape, x):
     variable = Variable.even("e", ERROR_VALUES, shape)
@@ -188,7 +181,6 @@ def test_rules_of_equations_27_and_28_worked_by_hand():
     assert strengths((X.is_("Z") | X.is_("P")) & Y.is_("Z"), 0.25, -0.5, **both) == 13 / 32
 
 
-@quick
 @given(anything, anything, st.sampled_from(SHAPES))
 def test_pairs_of_norms_are_each_others_de_morgan_dual(x, y, shape):
     """1 − (a AND b) = (1 − a) OR (1 − b)."""
@@ -197,7 +189,6 @@ def test_pairs_of_norms_are_each_others_de_morgan_dual(x, y, shape):
     assert 1 - a * b == pytest.approx((1 - a) + (1 - b) - (1 - a) * (1 - b), abs=1e-12)
 
 
-@quick
 @given(st.floats(-1.0, 1.0), st.floats(-1.0, 1.0), st.sampled_from(RATE_VALUES), st.sampled_from(RATE_VALUES))
 def test_and_is_at_most_either_part_and_or_at_least(x, y, first, second):
     a, b = float(X.degrees(x)[first]), float(Y.degrees(y)[second])

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rigs import one_line
-from sampling import some
+from sampling import count, some
 from spherical_wrist import Experiment, simulate
 from spherical_wrist.control import FuzzySlidingComputedTorque, Law
 from spherical_wrist.control.contract import COMMAND
@@ -56,8 +56,8 @@ def read(law, error, rate):
     return np.array([sugeno(e, r, table) for e, r in zip(error, rate, strict=True)])
 
 
-def scattered(count, seed=0, size=1.1):
-    return np.random.default_rng(seed).uniform(-size, size, (2, count))
+def scattered(points, seed=0, size=1.1):
+    return np.random.default_rng(seed).uniform(-size, size, (2, points))
 
 
 # --- every combination
@@ -90,7 +90,7 @@ def test_the_stated_error_of_a_table_holds(options):
 @few
 def test_the_laws_own_stated_error_holds_and_is_small(options):
     law = FuzzySlidingComputedTorque(**options)
-    error, rate = scattered(20_000, seed=1)
+    error, rate = scattered(count(5_000, 20_000), seed=1)
     found = np.abs(law.tuner.system()(error, rate) - read(law, error, rate)).max()
     assert 0.0 < found <= law.table_error
     assert law.table_error < 0.02 * np.max(RULES)
@@ -167,7 +167,7 @@ def test_the_tilts_in_use_keep_the_slope_monotone_and_round_off_its_creases():
 weights = st.lists(st.tuples(*[st.floats(0.6, 8.0)] * 3), min_size=7, max_size=7)
 
 
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=count(4, 12))
 @given(weights, st.sampled_from([o for o in EVERY if o["inference"] != "sugeno_first_order"]))
 def test_positive_rules_make_a_positive_slope(rules, options):
     law = FuzzySlidingComputedTorque(rules=rules, **options)

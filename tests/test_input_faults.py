@@ -50,7 +50,7 @@ def here(made, wrist, tmp_path):
 
 
 @contextmanager
-def soon(seconds=5):
+def soon(seconds=60):
     """Fail where something waits."""
 
     def late(*_):

@@ -41,6 +41,11 @@ def fuzzy():
     return run()
 
 
+@pytest.fixture(scope="module")
+def sheet(fuzzy):
+    return run_picture(fuzzy, ["title"])
+
+
 def titles(drawing):
     """Return the titles above every panel, left and right."""
     return {panel.get_title(loc="left"): panel.get_title(loc="right") for panel in drawing.axes}
@@ -174,8 +179,8 @@ def test_the_sheet_has_what_the_law_has(fuzzy):
     assert "wide: commanded" in titles(real)["Torque"]
 
 
-def test_the_panel_of_the_tip_error_has_the_bound_of_the_run(fuzzy):
-    panel = panel_of(run_picture(fuzzy, ["title"]), "Tip error, size")
+def test_the_panel_of_the_tip_error_has_the_bound_of_the_run(fuzzy, sheet):
+    panel = panel_of(sheet, "Tip error, size")
     (bound,) = {line.get_ydata()[0] for line in panel.lines if line.get_linestyle() == "--"}
     assert bound == fuzzy.measurement.bound == 0.1
     assert "bound 0.1 mm" in panel.get_title(loc="right")
@@ -197,8 +202,8 @@ def test_the_line_of_the_portrait_is_where_the_surface_is_zero():
     assert "S = 0" in titles(run_picture(found, ["title"]))["Phase portrait, x"]
 
 
-def test_the_curves_are_those_of_the_run(fuzzy):
-    panel = panel_of(run_picture(fuzzy, ["title"]), "Attitude error")
+def test_the_curves_are_those_of_the_run(fuzzy, sheet):
+    panel = panel_of(sheet, "Attitude error")
     drawn = {line.get_color(): line for line in panel.lines}
     for colour, values in zip(("#d55e00", "#009e73", "#0072b2"), fuzzy.error.T, strict=True):
         assert (drawn[colour].get_xdata() == fuzzy.time).all()
@@ -217,8 +222,8 @@ def test_chattering_is_not_smoothed_away():
 
 def test_the_svg_of_a_long_run_is_small_well_formed_and_the_same_every_time():
     found = run(law={"name": "sliding_mode", "switching": "sign"}, sensing="realistic")
-    again = {name: np.tile(array, (100, 1) if array.ndim == 2 else 100) for name, array in found.channels.items()}
-    long = replace(found, channels={**again, "time": 1e-3 * np.arange(100 * len(found))})
+    again = {name: np.tile(array, (40, 1) if array.ndim == 2 else 40) for name, array in found.channels.items()}
+    long = replace(found, channels={**again, "time": 1e-3 * np.arange(40 * len(found))})
     content = picture_content(run_picture(long, ["title"]), Path("a.svg"))
     assert content == picture_content(run_picture(long, ["title"]), Path("b.SVG"))
     assert ET.fromstring(content).tag.endswith("svg")

@@ -6,12 +6,13 @@ from typing import Literal, get_args, get_origin
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import ValidationError
 from scipy.spatial.transform import Rotation
 
 from rigs import one_line
+from sampling import count
 from spherical_wrist.control import (
     PD,
     ComputedTorque,
@@ -136,12 +137,12 @@ def test_is_deterministic(law):
 @pytest.mark.parametrize("maker", [interpreted_step, compiled_law], ids=["interpreted", "compiled"])
 def test_two_of_a_kind_do_not_interact(law, maker):
     """Steps of one law between those of another: nothing is kept anywhere but in the state."""
-    given, pair = signals(30), (law(), other(law))
+    given, pair = signals(12), (law(), other(law))
     alone = [(steps if maker is interpreted_step else compiled_steps)(one, given)[0] for one in pair]
     assert not np.array_equal(alone[0]["torque"], alone[1]["torque"])
-    together = [np.full(COMMAND.itemsize // 8 * 30, np.nan).view(COMMAND) for _ in pair]
+    together = [np.full(COMMAND.itemsize // 8 * len(given), np.nan).view(COMMAND) for _ in pair]
     states = [one.packed_state() for one in pair]
-    for k in range(30):
+    for k in range(len(given)):
         for one, commands, state in zip(pair, together, states, strict=True):
             if maker is interpreted_step:
                 maker(one)(given.view(np.recarray)[k], one.packed(), state, commands.view(np.recarray)[k])
@@ -158,7 +159,7 @@ def test_compiled_equals_interpreted(law):
         if get_origin(field.annotation) is Literal:
             choices += [{name: each} for each in get_args(field.annotation)]
     for chosen in choices:
-        given = signals(200, seed=3)
+        given = signals(count(50, 200), seed=3)
         (plain, state), (machine, other_state) = steps(law(**chosen), given), compiled_steps(law(**chosen), given)
         for name in COMMAND.names:
             np.testing.assert_allclose(machine[name], plain[name], rtol=1e-12, atol=1e-15)
@@ -435,7 +436,6 @@ def test_with_equal_rules_the_fuzzy_law_is_the_sliding_law():
 KINDS = {"sign": SIGN, "saturation": SATURATION, "tanh": TANH}
 numbers = st.one_of(st.floats(-5.0, 5.0), st.floats(-1e300, 1e300), st.just(0.0))
 layers = st.floats(1e-3, 1e3)
-quick = settings(max_examples=100, deadline=None)
 
 
 def test_the_choices_of_a_law_are_the_switching_functions():
@@ -444,7 +444,6 @@ def test_the_choices_of_a_law_are_the_switching_functions():
     assert set(choices) == set(SWITCHING)
 
 
-@quick
 @given(numbers, layers)
 def test_switching_functions_have_their_closed_forms(surface, layer):
     assert switch(SIGN, surface, layer) == np.sign(surface)
@@ -452,7 +451,6 @@ def test_switching_functions_have_their_closed_forms(surface, layer):
     assert switch(TANH, surface, layer) == pytest.approx(np.tanh(surface / layer), rel=1e-14)
 
 
-@quick
 @given(numbers, layers, st.sampled_from(sorted(KINDS.values())))
 def test_switching_functions_are_odd_and_bounded(surface, layer, kind):
     value = switch(kind, surface, layer)
@@ -461,13 +459,11 @@ def test_switching_functions_are_odd_and_bounded(surface, layer, kind):
     assert value * surface >= 0.0
 
 
-@quick
 @given(st.floats(-5.0, 5.0), st.floats(0.0, 5.0), layers, st.sampled_from(sorted(KINDS.values())))
 def test_switching_functions_never_fall(surface, more, layer, kind):
     assert switch(kind, surface + more, layer) >= switch(kind, surface, layer)
 
 
-@quick
 @given(st.floats(-1e-3, 1e-3), layers)
 def test_within_the_layer_the_smooth_ones_are_a_gain_of_one_over_phi(share, layer):
     surface = share * layer

@@ -1,6 +1,7 @@
 """The rival laws: each rewritten from its source, its closed-form properties, and the margins of its default gains."""
 
 from functools import cache
+from itertools import product
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from scipy.linalg import expm, solve_continuous_lyapunov
 from scipy.spatial.transform import Rotation
 
 from rigs import RigidBody, finished, loop, named_state, state_of, states
+from sampling import pairs
 from spherical_wrist import Experiment, simulate
 from spherical_wrist.control import (
     BoundaryLayerSlidingMode,
@@ -321,11 +323,10 @@ def test_integral_stays_within_the_limit_and_never_pushes_a_full_motor_further(s
         assert after == integral + change, "all of it where the motor has room"
 
 
-@every_rival
-@pytest.mark.parametrize("mass_scale", [0.5, 1.0, 1.5])
-@pytest.mark.parametrize("late", [False, True], ids=["ideal", "late"])
-def test_large_initial_errors_are_taken_home_from_full_motors(name, mass_scale, late):
+@pytest.mark.parametrize(("name", "case"), pairs(RIVALS, product((0.5, 1.0, 1.5), (False, True))))
+def test_large_initial_errors_are_taken_home_from_full_motors(name, case):
     """1.5 rad off, which saturates the motors; also with one more period of delay and motors with a lag of 1 ms."""
+    mass_scale, late = case
     hardware = {"sensing": {"name": "ideal", "delay": T}, "actuation": {"name": "ideal", "lag": T}} if late else {}
     run = simulate(
         Experiment(
@@ -826,9 +827,14 @@ def linear(law, inertia, axis, known=2.0 * T):
     return J[:size, :size], J[:size, size:], J[size:, :size], J[size:, size:]
 
 
+@cache
+def nominal_inertia():
+    return tuple(np.diag(RigidBody.of(Experiment().nominal()).inertia))
+
+
 def late_loop(law, mass, axis):
     """A, B, C of the open loop: motors with a lag of 1 ms, the wrist of one axis, one more period of delay, the law."""
-    inertia = tuple(np.diag(RigidBody.of(Experiment().nominal()).inertia))
+    inertia = nominal_inertia()
     motion = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, -1.0 / (mass * inertia[axis])], [0.0, 0.0, -1.0 / T]])
     M = expm(T * np.block([[motion, np.array([[0.0], [0.0], [1.0 / T]])], [np.zeros((1, 4))]]))
     see = np.eye(2, 3)
@@ -839,8 +845,7 @@ def late_loop(law, mass, axis):
     return A, np.vstack([B, np.zeros((len(a), 1))]), np.hstack([d @ C, c])
 
 
-@every_rival
-@pytest.mark.parametrize("axis", [0, 2])
+@pytest.mark.parametrize(("name", "axis"), pairs(RIVALS, (0, 2)))
 def test_defaults_keep_margins_by_another_model(name, axis):
     """On hardware that is later still than that of the criterion: 6 dB up, 4 dB down and 20°, and damped poles."""
     law = rival(name)
@@ -871,6 +876,12 @@ def six_ideal_cases(law):
     ]
 
 
+@cache
+def needed(mass_scale):
+    """Variation [N·m/s] of the torque that the motion needs."""
+    return needed_variation(Experiment(mass_scale=mass_scale), RunCache())
+
+
 @every_rival
 def test_defaults_on_the_six_ideal_cases(name):
     """A constant torque leaves only what the motion of another mass makes of it; nothing chatters."""
@@ -878,9 +889,8 @@ def test_defaults_on_the_six_ideal_cases(name):
     assert max(m.rms_error_rad for m in found[:3]) < 6e-5
     assert max(m.rms_error_rad for m in found[3:]) < 2.2e-4
     for n, (metrics, mass) in enumerate(zip(found, (0.75, 1.0, 1.25) * 2, strict=True)):
-        experiment = Experiment(mass_scale=mass)
         balanced = 4.0 * 4.34e-3 if n > 2 else 0.0  # variation in a second of 25 % of torque at 1 Hz
-        assert metrics.chattering_Nm_per_s < 1.1 * (needed_variation(experiment, RunCache()) + balanced)
+        assert metrics.chattering_Nm_per_s < 1.1 * (needed(mass) + balanced)
 
 
 def test_a_ramp_as_the_model_of_the_disturbance_leaves_less_than_half_of_the_error():
@@ -889,8 +899,7 @@ def test_a_ramp_as_the_model_of_the_disturbance_leaves_less_than_half_of_the_err
         assert one.rms_error_rad < 0.5 * other.rms_error_rad or one.rms_error_rad < 3e-7
 
 
-@every_rival
-@pytest.mark.parametrize("mass_scale", [0.5, 1.5])
+@pytest.mark.parametrize(("name", "mass_scale"), pairs(RIVALS, (0.5, 1.5)))
 def test_defaults_bear_late_and_noisy_hardware(name, mass_scale):
     """One more period of delay, 1 ms of lag, 10⁻⁴ rad and 5·10⁻³ rad/s of noise: at most three times that noise."""
     sensing = {"name": "ideal", "delay": T, "attitude_noise": 1e-4, "rate_noise": 5e-3}

@@ -7,6 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rigs import TOOL, Running, experiments, finished, mjcf, mounted, wrist_of
+from sampling import count
 from spherical_wrist import Experiment, simulate
 from spherical_wrist.experiment.timing import Timing
 from spherical_wrist.loop.engine import interpreted_engine
@@ -61,7 +62,7 @@ def tensor(model):
 
 
 @pytest.mark.parametrize("wrist", WRISTS.values(), ids=WRISTS)
-@settings(max_examples=15)
+@settings(max_examples=count(4, 15))
 @given(change=changes, before=changes)
 def test_a_plant_perturbed_in_place_is_the_compiled_one(wrist, change, before):
     plant = PlantModel(wrist, 5e-4)

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from rigs import RigidBody, mjcf, vectors
@@ -213,7 +213,6 @@ def test_a_coupled_inertia_has_a_bound_too(tmp_path):
     assert (found.measured <= found.bound + 2 * T).all()
 
 
-@settings(max_examples=100, deadline=None)
 @given(vectors(1.0), vectors(5.0), vectors(1.0), st.floats(0.0, 0.99), st.floats(1.5, 3.0))
 def test_bound_holds_for_the_worst_mismatch_that_it_allows_equations_19_and_20(root, start, push, share, gain):
     """H Ṡ = Δ − K sgn S integrated in small steps, for any H and the Δ, within its largest, that holds S back most."""

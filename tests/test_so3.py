@@ -3,7 +3,7 @@
 import mujoco
 import numpy as np
 import pytest
-from hypothesis import example, given, settings
+from hypothesis import example, given
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
@@ -29,8 +29,6 @@ from spherical_wrist.so3 import (
     rotation_vectors,
 )
 
-quick = settings(max_examples=80, deadline=None)
-
 
 def rotation(q):
     return Rotation.from_quat(q, scalar_first=True)
@@ -40,7 +38,6 @@ def skew(v):
     return np.cross(v, np.eye(3)).T
 
 
-@quick
 @given(quaternions(), quaternions())
 def test_product_is_mujocos_and_scipys(p, q):
     expected = np.empty(4)
@@ -50,14 +47,12 @@ def test_product_is_mujocos_and_scipys(p, q):
     np.testing.assert_allclose(rotation(product).as_matrix(), (rotation(p) * rotation(q)).as_matrix(), atol=1e-14)
 
 
-@quick
 @given(quaternions(), quaternions())
 def test_relative_attitude_is_the_inverse_times_the_target(q, target):
     there = quaternion_product(tuple(q), relative_attitude(tuple(q), tuple(target)))
     np.testing.assert_allclose(there, target, atol=1e-15)
 
 
-@quick
 @given(quaternions(), vectors())
 def test_rotate_is_mujocos_and_scipys(q, v):
     expected = np.empty(3)
@@ -66,13 +61,11 @@ def test_rotate_is_mujocos_and_scipys(q, v):
     np.testing.assert_allclose(rotate(tuple(q), tuple(v)), rotation(q).apply(v), atol=1e-13)
 
 
-@quick
 @given(vectors(), vectors())
 def test_cross_is_numpys(a, b):
     np.testing.assert_allclose(cross(tuple(a), tuple(b)), np.cross(a, b), atol=1e-13)
 
 
-@quick
 @given(directions(), st.floats(-300.0, 1.5))
 @example(np.array([0.0, 0.6, 0.8]), np.log10(1e-4))  # where the series takes over
 @example(np.array([0.0, 0.6, 0.8]), np.log10(0.99999e-4))
@@ -85,7 +78,6 @@ def test_exp_is_scipys_at_every_size(direction, exponent):
         np.testing.assert_allclose(got[1:], 0.5 * v, rtol=1e-15)
 
 
-@quick
 @given(directions(), st.floats(1e-3, 6.0))
 def test_exp_is_of_unit_norm_and_the_axis_angle_quaternion_of_mujoco(direction, angle):
     expected = np.empty(4)
@@ -95,7 +87,6 @@ def test_exp_is_of_unit_norm_and_the_axis_angle_quaternion_of_mujoco(direction, 
     assert np.linalg.norm(got) == pytest.approx(1.0, abs=1e-15)
 
 
-@quick
 @given(directions(), st.floats(-150.0, np.log10(3.14)))
 def test_log_undoes_exp_to_rounding(direction, exponent):
     v = 10.0**exponent * direction
@@ -110,7 +101,6 @@ def test_log_of_next_to_nothing_is_next_to_nothing(size):
     assert np.abs(np.subtract(log, (size, -size, size))).max() <= size
 
 
-@quick
 @given(quaternions())
 def test_log_is_the_shortest_of_scipy_and_of_either_sign(q):
     log = np.array(quaternion_log(tuple(q)))
@@ -120,14 +110,12 @@ def test_log_is_the_shortest_of_scipy_and_of_either_sign(q):
         assert quaternion_log(tuple(-q)) == tuple(log)
 
 
-@quick
 @given(quaternions(), st.floats(0.5, 2.0))
 def test_log_does_not_need_a_unit_quaternion(q, scale):
     if abs(q[0]) > 1e-9:
         np.testing.assert_allclose(quaternion_log(tuple(scale * q)), quaternion_log(tuple(q)), atol=1e-14)
 
 
-@quick
 @given(directions(), st.floats(-16.0, -2.0), st.sampled_from([1.0, -1.0]))
 def test_log_close_to_a_half_turn(direction, exponent, sign):
     angle = np.pi - 10.0**exponent
@@ -135,7 +123,6 @@ def test_log_close_to_a_half_turn(direction, exponent, sign):
     np.testing.assert_allclose(quaternion_log(tuple(q)), angle * direction, atol=1e-14)
 
 
-@quick
 @given(directions(), st.sampled_from([1.0, -1.0]), st.sampled_from([0.0, -0.0]))
 def test_log_of_an_exact_half_turn_has_length_pi_along_the_axis(direction, sign, w):
     log = np.array(quaternion_log((w, *(sign * direction))))
@@ -143,7 +130,6 @@ def test_log_of_an_exact_half_turn_has_length_pi_along_the_axis(direction, sign,
     assert abs(log @ direction) == pytest.approx(np.pi, abs=1e-14)
 
 
-@quick
 @given(quaternions(), quaternions())
 def test_attitude_error_is_mujocos_and_scipys(q, desired):
     expected = np.empty(3)
@@ -159,7 +145,6 @@ def test_attitude_error_is_mujocos_and_scipys(q, desired):
     )
 
 
-@quick
 @given(quaternions(), vectors(), quaternions(), vectors())
 def test_rate_error_is_the_difference_of_world_rates_seen_from_the_body(q, rate, desired, desired_rate):
     world = rotation(desired).apply(desired_rate) - rotation(q).apply(rate)
@@ -169,7 +154,6 @@ def test_rate_error_is_the_difference_of_world_rates_seen_from_the_body(q, rate,
     np.testing.assert_allclose(rate_error(tuple(-q), tuple(rate), tuple(desired), tuple(desired_rate)), got, atol=1e-14)
 
 
-@quick
 @given(quaternions(), vectors(5.0), vectors(1.6), vectors(5.0))
 def test_rate_error_is_the_derivative_of_the_attitude_error_to_first_order(q, rate, e, desired_rate):
     """Exactly, d/dt e = J(e)⁻¹ ė with the left Jacobian J of SO(3), whose inverse is 1 − [e]×/2 + …, so 1 at e = 0."""
@@ -191,7 +175,6 @@ def test_rate_error_is_the_derivative_of_the_attitude_error_to_first_order(q, ra
     np.testing.assert_allclose(derivative, inverse @ de, atol=1e-7)
 
 
-@quick
 @given(quaternions(), vectors(5.0), quaternions(), vectors(5.0), vectors(20.0), vectors(20.0))
 def test_feed_forward_is_the_derivative_of_the_carried_rate(q, rate, desired, desired_rate, acceleration, own):
     """Of R_e ω_d by finite differences; how the body itself accelerates does not matter."""
@@ -226,7 +209,6 @@ def test_feed_forward_along_a_simulated_motion(nominal, engine):
     np.testing.assert_allclose(got, derivative[[k - 1 for k in rows]], atol=2e-4)
 
 
-@quick
 @given(quaternions(), vectors(), st.floats(1e-6, 0.1))
 def test_advance_without_acceleration_is_mujocos_integration(q, rate, time):
     expected = q.copy()
@@ -243,7 +225,6 @@ def test_advance_agrees_with_mujocos_integration_of_the_joint(nominal):
     np.testing.assert_allclose(advance(tuple(q), tuple(rate), (0.0, 0.0, 0.0), 0.01).attitude, expected, atol=1e-15)
 
 
-@quick
 @given(quaternions(), directions(), st.floats(-5.0, 5.0), st.floats(-50.0, 50.0), st.floats(0.0, 0.2))
 def test_advance_about_a_fixed_axis_is_exact(q, axis, speed, change, time):
     reached = advance(tuple(q), tuple(speed * axis), tuple(change * axis), time)

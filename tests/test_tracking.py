@@ -8,15 +8,15 @@ import mujoco
 import numpy as np
 import pytest
 
+from sampling import pairs
 from spherical_wrist import Experiment, simulate
 from spherical_wrist.control import Law
 from spherical_wrist.loop.outcome import Status
 
 
-@pytest.mark.parametrize("mass_scale", [0.5, 0.75, 1.0, 1.25, 1.5])
-@pytest.mark.parametrize("law", sorted(Law.members))
+@pytest.mark.parametrize(("law", "mass_scale"), pairs(sorted(Law.members), [0.5, 1.5, 0.75, 1.25, 1.0]))
 def test_error_stays_within_the_bound_of_the_law(law, mass_scale):
-    run = simulate(Experiment(law=law, mass_scale=mass_scale))
+    run = simulate(Experiment(law=law, mass_scale=mass_scale), keep_series=False)
     rms, largest = Law.members[law].tracks_to
     assert run.outcome.status is Status.COMPLETED
     assert run.metrics.rms_error_rad < rms
