@@ -219,6 +219,7 @@ def test_the_first_hinge_carries_what_the_ball_does():
 
 
 SPRING, POLY = 'stiffness="0.1"', 'damping="1e-4 1e-4 0"'
+STRAIGHT = hinged(((0, 0, 1), (0, 1, 0), (0, 0, 1)), 'armature="1e-4"')
 APART = (
     hinged()
     .replace('pos="0.002 -0.001 0.023', 'pos="0.002 0.004 0.023')
@@ -244,7 +245,11 @@ REFUSED = {
     "near each other": (APART, ABC, ("a by 2.5 mm", "c by 2.5 mm")),
     "parallel axes": (
         ARM, ("joint1", "roll", "pitch"),
-        ("do not span", "joint1 and roll are 0.0° apart", "joint1 and pitch are 90.0°"),
+        ("do not span", "joint1 and roll are 0.0° apart", "joint1 and pitch are 90.0°", "choose other hinges"),
+    ),
+    "roll, pitch, roll": (
+        STRAIGHT, ABC,
+        ("do not span", "a and c are 0.0° apart", "turn the body of hinge 'b' in the file about that hinge, by 90°"),
     ),
     "a spring": (hinged(joint=SPRING), ABC, ("hinge 'a' has a spring", "remove stiffness")),
     "curved damping": (hinged(joint=POLY), ABC, ("hinge 'a' has damping that is no multiple of the rate",)),

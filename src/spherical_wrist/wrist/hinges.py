@@ -159,9 +159,16 @@ def _geometry(model: mujoco.MjModel, joints: list[int], names: list[str]) -> tup
     if abs(np.linalg.det(axes)) < SMALLEST_VOLUME:
         angles = np.degrees(np.arccos(np.clip(np.abs(axes @ axes.T), 0.0, 1.0)))
         pairs = [f"{names[i]} and {names[j]} are {angles[i, j]:.1f}° apart" for i, j in ((0, 1), (0, 2), (1, 2))]
+        apart = angles[0, 2] < min(angles[0, 1], angles[1, 2])  # roll, pitch, roll: straight, it is singular
+        advice = (
+            f"turn the body of hinge {names[1]!r} in the file about that hinge, by 90° at best, for the wrist to begin "
+            "where it is not straight"
+            if apart
+            else "choose other hinges, or turn their bodies in the file so that they do"
+        )
         raise ModelError(
             f"the axes of hinges {listed(names)} do not span all directions at the initial position: "
-            f"{listed(pairs)}; turn the bodies in the file so that they do"
+            f"{listed(pairs)}; {advice}"
         )
     across = np.eye(3) - axes[:, :, None] * axes[:, None, :]  # projections along the axes
     centre = np.linalg.solve(across.sum(axis=0), np.einsum("nij,nj->i", across, anchors))
