@@ -222,6 +222,9 @@ def test_what_the_controller_cannot_know_is_refused(text, message):
 HELD = '<joint name="{}" type="hinge"/>'
 REMARKS = {
     "one hinge": (TOOL.replace("<geom", HELD.format("grip") + "<geom"), "joint grip is held at the initial position"),
+    "one without a name": (
+        TOOL.replace("<geom", '<joint type="hinge"/><geom'), "joint of body 'tool' is held at the initial position",
+    ),
     "nine hinges": (
         TOOL.replace("</body>", "".join(f'<body>{HELD.format(f"finger_{i}")}<geom size="0.01" mass="0.1"/></body>'
                                         for i in range(9)) + "</body>"),

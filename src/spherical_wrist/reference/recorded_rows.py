@@ -116,7 +116,8 @@ def track_of(
         steps = np.append(SHORTEST, np.diff(time))
     if isinstance(stamps, Stamps) and not stamped:
         _check_unit(stamps, steps[1:], largest_gap)
-    refuse(steps <= 0.0, "is not later than the row before", row)
+    even = ": sort the rows, or if they are evenly spaced give reference.rate [Hz]"
+    refuse(steps <= 0.0, "is not later than the row before", row, even)
     close = f"is less than {SHORTEST:g} s later than the row before"
     refuse(steps < SHORTEST, close, row, ": give another reference.time_unit, or reference.rate [Hz]")
     refuse(steps > largest_gap, f"is more than largest_gap = {largest_gap:g} s later than the row before", row)

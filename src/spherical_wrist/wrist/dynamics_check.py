@@ -74,7 +74,7 @@ def remarks(whole: mujoco.MjModel, joint: int, motors: Sequence[int], model: muj
         motors: indices of the wrist's motors in it.
         model: the reduced model, compiled.
     """
-    held = [name_of(whole, OBJECT.mjOBJ_JOINT, j) for j in range(whole.njnt) if j != joint]
+    held = [_joint(whole, j) for j in range(whole.njnt) if j != joint]
     if held:
         yield f"{_counted('joint', held)} held at the initial position: only {_ball(whole, joint)} moves"
     dropped = [name_of(whole, OBJECT.mjOBJ_ACTUATOR, a) for a in _acting(whole, joint) if a not in motors]
@@ -91,6 +91,12 @@ def remarks(whole: mujoco.MjModel, joint: int, motors: Sequence[int], model: muj
 
 def _ball(model: mujoco.MjModel, joint: int) -> str:
     return f"ball joint {name_of(model, OBJECT.mjOBJ_JOINT, joint)!r}"
+
+
+def _joint(model: mujoco.MjModel, joint: int) -> str:
+    """Name a joint; one without a name by its body."""
+    named = mujoco.mj_id2name(model, OBJECT.mjOBJ_JOINT, joint)
+    return named or f"of body {name_of(model, OBJECT.mjOBJ_BODY, int(model.jnt_bodyid[joint]))!r}"
 
 
 def _counted(kind: str, names: Sequence[str]) -> str:
