@@ -293,7 +293,7 @@ def test_kill_9_leaves_no_viewer(tmp_path):
     process, viewer = started(tmp_path, WILLING, "--port", free_port())
     process.kill()
     process.communicate(timeout=30)
-    wait_for(lambda: gone(viewer), 10.0)
+    wait_for(lambda: gone(viewer))
 
 
 def test_everything_listens_on_this_machine_only_and_a_second_recording_goes_to_the_open_viewer(
@@ -323,5 +323,5 @@ def test_everything_listens_on_this_machine_only_and_a_second_recording_goes_to_
         process.terminate()
         process.communicate(timeout=30)
     assert process.returncode == 143
-    wait_for(lambda: not is_listening(port), 10.0)
+    wait_for(lambda: not is_listening(port))
     assert not list(home.rglob("analytics.json"))  # not even an identity to send telemetry with

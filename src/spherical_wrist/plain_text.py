@@ -44,12 +44,14 @@ def escaped(text: str) -> str:
 def broken(text: str, fits: Callable[[str], bool]) -> list[str]:
     """Break a text into lines that fit: after blanks, commas, colons, underscores and slashes, else anywhere.
 
+    Line breaks and tabs, for which fonts have no sign, are blanks.
+
     Args:
         text: the text.
         fits: function that returns True for a line that is not too long.
     """
     lines = [""]
-    for piece in re.findall(r"[^ ,:_/]*[ ,:_/]|[^ ,:_/]+", text):
+    for piece in re.findall(r"[^ ,:_/]*[ ,:_/]|[^ ,:_/]+", re.sub(r"\s", " ", text)):
         if lines[-1] and not fits((lines[-1] + piece).rstrip()):
             lines.append("")
         lines[-1] += piece
