@@ -1,6 +1,7 @@
 """Layout of the package: imports go downwards, and each library is imported in its own rooms."""
 
 import ast
+import os
 import subprocess
 import sys
 from functools import cache
@@ -184,6 +185,24 @@ def test_help_loads_none_of_the_heavy_libraries():
         "assert not heavy, heavy"
     )
     subprocess.run([sys.executable, "-c", code], check=True, capture_output=True)
+
+
+def test_a_recorded_run_loads_nothing_for_other_jobs(tmp_path):
+    """Pandas, GLFW and Matplotlib would take half a second; they can be imported afterwards."""
+    code = (
+        "import sys; sys.argv = ['wrist', 'run', '-q', '--law', 'pd', '--duration', '0.01', '-o', 'run.rrd']\n"
+        "from spherical_wrist.cli import main\n"
+        "try:\n    main()\n"
+        "except SystemExit as end:\n    assert not end.code\n"
+        "needless = {'pandas', 'glfw', 'matplotlib', 'ssl'} & set(sys.modules)\n"
+        "assert not needless, needless\n"
+        "import pandas, os\n"
+        "assert 'MUJOCO_GL' not in os.environ"
+    )
+    environment = {name: value for name, value in os.environ.items() if name != "MUJOCO_GL"}
+    done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, env=environment, capture_output=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "run.rrd").exists()
 
 
 def test_the_digest_of_the_code_is_of_the_rooms_that_campaigns_need():
