@@ -262,6 +262,11 @@ def test_settings_differ_by_dotted_name_with_both_values_and_the_unit():
     assert differing_settings(a, json.loads(json.dumps(a))) == ()
 
 
+def test_a_foreign_setting_whose_name_has_dots_is_compared_too():
+    found = differing_settings({"a": 1, "law": {"K": 1}}, {"a": 2, "http://x.y/z": 3, "law": {"K": 2}})
+    assert [setting.name for setting in found] == ["a", "law.K", "http://x.y/z"]
+
+
 def test_runs_differ_in_outcome_versions_and_metrics(fuzzy):
     other = run(mass_scale=1.5)
     found = run_difference(fuzzy, other)

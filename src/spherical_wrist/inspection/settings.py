@@ -49,4 +49,4 @@ def _flat(table: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any
 def _place(keys: list[str]) -> Any:
     """A key to sort dotted names by: parts together, in the order of the descriptions."""
     order = {key: place for place, key in reversed(list(enumerate(keys)))}
-    return lambda name: order[name.partition(".")[0]]
+    return lambda name: order.get(name, order.get(name.partition(".")[0], len(order)))  # a foreign key may have dots

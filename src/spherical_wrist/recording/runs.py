@@ -124,12 +124,17 @@ def properties_of(run: Run) -> dict[str, dict[str, Any]]:
 
 
 def _outcome(table: Mapping[str, Any]) -> Outcome:
-    return Outcome(Status(table["status"]), table["time_s"], text_without_folders(table["reason"]))
+    return Outcome(Status(table["status"]), table["time_s"], _sentence(table["reason"]))
 
 
 def _warnings(table: Mapping[str, Any], metrics: Metrics) -> tuple[str, ...]:
     """Return the warnings of a recording; of versions that wrote none, those of its metrics."""
-    return tuple(map(text_without_folders, table.get("warnings", warnings_of(metrics))))
+    return tuple(map(_sentence, table.get("warnings", warnings_of(metrics))))
+
+
+def _sentence(text: str) -> str:
+    """Return a text of a recording without folders, and in one line: it may come from anywhere."""
+    return " ".join(text_without_folders(text).split())
 
 
 def _measurement(table: Mapping[str, Any]) -> MetricSettings:
