@@ -165,7 +165,7 @@ def servers():
 
 @pytest.fixture(scope="module")
 def lasts(servers, tmp_path_factory):
-    """How long each phase lasts [s], where it is struck: the start of a cold run, the others of a warm one."""
+    """Duration of each phase [s], where it is struck: the start of a cold run, the others of a warm one."""
     times = Life(servers[True], tmp_path_factory.mktemp("warm"), *OPTIONS).phases()
     cold = Life(servers[False], tmp_path_factory.mktemp("cold"), *OPTIONS)
     start = cold.wait_for("simulate")
