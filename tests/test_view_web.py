@@ -99,7 +99,7 @@ def test_the_command_prints_the_address_and_ends_with_a_signal(recording, number
         servers = psutil.Process(process.pid).children(recursive=True)
         assert fetched(url, "/")[0].status == 200
         process.send_signal(number)
-        _, err = process.communicate(timeout=30)
+        _, err = process.communicate(timeout=120)
     assert (process.returncode, err) == (128 + number, "")
     assert servers
     assert not any(server.is_running() for server in servers)
