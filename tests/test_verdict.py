@@ -142,8 +142,10 @@ def test_recordings_of_older_formats_are_judged_too(path):
     found = inspect(path)
     error = 1e3 * np.linalg.norm(found.run.tip - found.run.desired_tip, axis=1)
     window = error[found.run.measurement.in_window(found.run.time)]
-    assert found.run.measurement.bound == found.run.description["bound"] == BOUND
-    assert found.verdict.within == (not found.run.outcome.status.lost and window.max() <= BOUND)
+    bound = found.run.measurement.bound
+    assert bound == found.run.description["bound"]
+    assert bound == BOUND or path.parent.name not in ("format1", "format2")  # which have no bound of their own
+    assert found.verdict.within == (not found.run.outcome.status.lost and window.max() <= bound)
     if found.verdict.judgement is Judgement.EXCEEDS and found.run.every == 1:
         at = found.run.time[found.run.measurement.in_window(found.run.time)][window.argmax()]
         assert f"largest at {at:.4g} s" in found.verdict.text

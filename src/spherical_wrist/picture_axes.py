@@ -105,7 +105,7 @@ def text_width(text: str, size: float, *, bold: bool = False) -> float:
 
 
 def wrapped(text: str, size: float, room: float, *, bold: bool = False) -> list[str]:
-    """Break a text into lines that are not wider than a room: after blanks, commas and underscores, else anywhere.
+    """Break a text into lines that are not wider than a room; see :func:`.broken`. Breaks of its own are blanks.
 
     Args:
         text: the text.
@@ -113,4 +113,4 @@ def wrapped(text: str, size: float, room: float, *, bold: bool = False) -> list[
         room: width of the lines [in].
         bold: True for bold type.
     """
-    return broken(text, lambda line: text_width(line, size, bold=bold) <= room)
+    return broken(" ".join(text.split()), lambda line: text_width(line, size, bold=bold) <= room)
