@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.linalg import solve_discrete_are
 from scipy.spatial.transform import Rotation
 
 from sampling import long, some
@@ -11,7 +12,8 @@ from spherical_wrist.comparison.ablation_picture import ablation_picture
 from spherical_wrist.comparison.ablation_table import ablation_table, to_dict
 from spherical_wrist.control import FuzzyObserverSliding, Law
 from spherical_wrist.control.contract import SIGNAL
-from spherical_wrist.control.fused_state import FusedState, fuse
+from spherical_wrist.control.fused_state import FusedState, Noise, fuse
+from spherical_wrist.control.fuzzy_observer_sliding import cleanness
 from spherical_wrist.control.input_identification import Identified, drive, identify
 from spherical_wrist.control.surface_observer import gains
 from spherical_wrist.errors import ParameterError
@@ -63,50 +65,78 @@ def test_without_decay_and_with_a_triple_pole_it_is_the_g_h_k_filter():
 # --- the fusion
 
 
-def test_a_turning_error_and_a_biased_gyroscope_are_found():
-    """Of an error of half a radian that turns about a changing axis: e, and the bias by its two poles.
+def sample_of(error, rate_error):
+    """A signal of a wrist whose desired attitude is at rest."""
+    signal = np.zeros(1, SIGNAL).view(np.recarray)[0]
+    signal.period, signal.error, signal.rate_error, signal.rate = T, error, rate_error, -np.array(rate_error)
+    return signal
 
-    The poles leave 2 e⁻³ᵗ − e⁻⁶ᵗ of the bias' error where nothing turns.
-    """
-    state, signal = record(FusedState), np.zeros(1, SIGNAL).view(np.recarray)[0]
-    signal.period = T
+
+def test_a_turning_error_and_a_biased_gyroscope_are_found():
+    """Of an error of half a radian that turns about a changing axis, and an attitude sensor without noise."""
+    state, noise = record(FusedState), Noise((1e-3,) * 3, 1e-3, 0.05, 1e-4, 2.0)
     bias = np.array([0.02, -0.01, 0.03])
     off, left = Rotation.from_rotvec([0.3, -0.3, 0.2]), {}
     for k in range(3001):
         rate = 0.8 * np.array([np.cos(2.0 * k * T), np.sin(3.0 * k * T), np.cos(3.0 * k * T + 1.0)])
-        signal.error[:] = off.as_rotvec()
-        signal.rate_error[:] = rate - bias
-        signal.rate[:] = bias - rate  # the desired attitude is at rest
-        fuse(signal, state, 1 if k else 0, 6.0, 3.0)
+        error = off.as_rotvec()
+        fuse(sample_of(error, rate - bias), state, 1 if k else 0, noise)
         left[k] = np.abs(np.array(state.bias) - bias).max()
         middle = 0.8 * np.array(
             [np.cos(2.0 * (k + 0.5) * T), np.sin(3.0 * (k + 0.5) * T), np.cos(3.0 * (k + 0.5) * T + 1.0)]
         )
         off = Rotation.from_rotvec(T * middle) * off  # body frame: d/dt (q⁻¹ q_d) = ½ ė (q⁻¹ q_d)
-    assert left[1000] == pytest.approx(0.03 * (2.0 * np.exp(-3.0) - np.exp(-6.0)), rel=0.3)
-    assert left[3000] < 5e-4
-    np.testing.assert_allclose(state.error, signal.error, atol=2e-4)
-    np.testing.assert_allclose(state.rate_error, signal.rate_error + bias, atol=1e-3)
+    assert left[0] == pytest.approx(0.03)
+    assert left[1000] < 1e-3
+    assert left[3000] < 3e-4
+    np.testing.assert_allclose(state.error, error, atol=1e-6)
+    np.testing.assert_allclose(state.rate_error, rate, atol=1e-3)
 
 
-def test_noise_of_the_attitude_is_averaged():
-    """By the square root of the filter's noise gain Σ h²: here that of its own answer to a single wrong sample."""
-    state, signal = record(FusedState), np.zeros(1, SIGNAL).view(np.recarray)[0]
-    signal.period = T
-    random, errors = np.random.default_rng(3), []
-    for k in range(6000):
-        signal.error[:] = 3e-4 * random.normal(size=3)
-        fuse(signal, state, 1 if k else 0, 6.0, 3.0)
-        errors.append(np.array(state.error))
-    p, q = np.exp(-6.0 * T), np.exp(-3.0 * T)
-    share, drift = 1.0 - p * q, (1.0 - p) * (1.0 - q)
-    x, answer = np.array([share, drift]), []
-    for _ in range(6000):
-        answer.append(x[0])
-        x = np.array([[1.0 - share, 1.0 - share], [-drift, 1.0 - drift]]) @ x
-    expected = 3e-4 * np.sqrt(np.sum(np.square(answer)))
-    assert np.std(errors[2000:]) == pytest.approx(expected, rel=0.25)
-    assert expected < 0.1 * 3e-4
+@pytest.mark.parametrize("attitude", [3e-5, 3e-4, 3e-3])
+def test_noise_is_measured_and_averaged_as_by_the_best_filter(attitude):
+    """Of a wrist that stands still, with a bias that walks: the errors are those of SciPy's Riccati equation."""
+    sigma, walk = 1e-3, 1e-4
+    state, noise = record(FusedState), Noise((sigma,) * 3, 3e-3, 1e-2, walk, 2.0)
+    random, bias, errors, measured = np.random.default_rng(3), np.full(3, 5e-3), [], []
+    for k in range(12_000):
+        bias += walk * np.sqrt(T) * random.normal(size=3)
+        error = attitude * random.normal(size=3)
+        fuse(sample_of(error, sigma * random.normal(size=3) - bias), state, 1 if k else 0, noise)
+        errors.append([*state.error, *(np.array(state.bias) - bias)])
+        measured.append(state.attitude_noise[0])
+    F, Q = np.array([[1.0, T], [0.0, 1.0]]), np.diag([(T * sigma) ** 2, T * walk**2])
+    before = solve_discrete_are(F.T, np.array([[1.0], [0.0]]), Q, [[attitude**2]])
+    after = before - np.outer(before[:, 0], before[0]) / (before[0, 0] + attitude**2)
+    found = np.sqrt(np.mean(np.square(errors[6000:]), axis=0))
+    assert np.mean(measured[6000:]) == pytest.approx(attitude, rel=0.05)
+    assert np.mean(found[:3]) == pytest.approx(np.sqrt(after[0, 0]), rel=0.3)
+    assert np.mean(found[3:]) == pytest.approx(np.sqrt(after[1, 1]), rel=0.3)
+    assert np.mean(found[:3]) < 0.3 * attitude
+
+
+def test_the_noise_is_found_while_the_estimate_is_far_off():
+    """It says nothing of the filter's own error: here of a bias that it was told cannot be."""
+    state, noise = record(FusedState), Noise((1e-3,) * 3, 3e-3, 0.0, 0.0, 2.0)
+    random = np.random.default_rng(4)
+    for k in range(4000):
+        fuse(sample_of(3e-4 * random.normal(size=3), np.full(3, 0.1)), state, 1 if k else 0, noise)
+    assert np.abs(state.error).min() > 3e-3
+    np.testing.assert_allclose(state.attitude_noise, 3e-4, rtol=0.1)
+
+
+# --- the rules
+
+
+def test_the_noise_of_an_estimated_rate_slows_the_loop():
+    """By how far √2 σ_a over the time between two attitudes lies between clean and noisy, in decades."""
+    law, signal = FuzzyObserverSliding(), sample_of(np.zeros(3), np.zeros(3))
+    assert cleanness(signal, law, 1.0) == 1.0
+    signal.rate_age = 0.5e-3  # attitudes 1 ms apart
+    middle = np.sqrt(law.clean * law.noisy)
+    expected = {0.0: 1.0, law.clean: 1.0, middle: 0.5, law.noisy: 0.0, 10.0 * law.noisy: 0.0}
+    found = [cleanness(signal, law, noise * T / np.sqrt(2.0)) for noise in expected]
+    np.testing.assert_allclose(found, list(expected.values()), atol=1e-12)
 
 
 # --- the identification
@@ -133,10 +163,21 @@ def test_gain_and_delay_of_an_integrator_are_learnt(gain, delay):
         estimate[0] -= T * state.gain[0] * believed
         drive(state, 0, believed, before, np.exp(-0.3), T)
         innovation = surface - estimate[0]
-        identify(state, 0, innovation, 1e-4, 1.0, 1e-3, 1e-3, 0.0, correction, T)
+        identify(state, 0, innovation, 1e-4, 1.0, 1.0, 1e-3, 1e-3, 0.0, correction, T)
         estimate += L * innovation
     assert state.gain[0] == pytest.approx(gain, rel=0.05)
     assert state.delay[0] == pytest.approx(delay, abs=0.1)
+
+
+def test_what_is_learnt_rests_while_nothing_is_news():
+    """But for a tenth of the leak, whatever the innovation says."""
+    state = record(Identified)
+    state.gain[0], state.delay[0] = 1.8, 0.9
+    state.gain_response[0], state.delay_response[0] = (0.3, 0.0, 0.0), (0.2, 0.0, 0.0)
+    for _ in range(1000):
+        identify(state, 0, 0.05, 1e-3, 0.0, 1.0, 1e-3, 1e-3, 0.5 * T, gains(300.0, 300.0, 1.0, 300.0, T), T)
+    left = np.exp(-0.05)
+    assert (state.gain[0], state.delay[0]) == pytest.approx((1.0 + 0.8 * left, 0.9 * left), rel=1e-4)
 
 
 # --- the parts
@@ -227,13 +268,14 @@ def noisy(times):
 @pytest.mark.parametrize(
     ("changes", "micrometres", "chattering"),
     [
-        (REALISTIC, 4.1, 3.8),
-        ({**REALISTIC, "reference": "beating_heart"}, 4.4, 5.0),
+        (REALISTIC, 4.0, 4.3),
+        ({**REALISTIC, "reference": "beating_heart"}, 4.3, 5.0),
         ({**REALISTIC, "reference": "suture"}, 4.3, 5.0),
-        ({**REALISTIC, "payload": 0.05}, 7.2, 5.0),
+        ({**REALISTIC, "payload": 0.05}, 6.6, 5.0),
         (noisy(10), 41.0, 6.0),
+        ({**REALISTIC, "sensing": {"name": "realistic", "rate": "estimated"}}, 40.0, 4.5),
     ],
-    ids=["lissajous", "heart", "suture", "payload", "ten times the noise"],
+    ids=["lissajous", "heart", "suture", "payload", "ten times the noise", "no gyroscope"],
 )
 def test_on_realistic_hardware(changes, micrometres, chattering):
     found = run(**changes)
@@ -259,10 +301,10 @@ ADVERSARY = [
 @pytest.mark.parametrize("mass", [0.5, 1.0, 1.5])
 @pytest.mark.parametrize("disturbance", some(ADVERSARY, 4), ids=lambda each: "-".join(map(str, each.values())))
 def test_no_torque_within_a_quarter_moves_the_tip_far(disturbance, mass):
-    assert 1e3 * run(disturbance=disturbance, mass_scale=mass, duration=4.0).max_tip_error_mm < 30.0
+    assert 1e3 * run(disturbance=disturbance, mass_scale=mass, duration=4.0).max_tip_error_mm < 20.0
 
 
-@pytest.mark.parametrize(("mass", "delay"), [(0.5, 0.5e-3), (1.0, 1.25e-3), (1.5, 2.0e-3)])
+@pytest.mark.parametrize(("mass", "delay"), [(0.5, 1.5e-3), (1.0, 2.25e-3), (1.5, 2.5e-3)])
 def test_a_delay_that_nobody_knows_of_is_borne(mass, delay):
     late = {"mass_scale": mass, "sensing": {"delay": delay, "timestamped": False}, "duration": 5.0}
     needed = needed_variation(Experiment(mass_scale=mass, duration=5.0), RunCache())
@@ -273,7 +315,13 @@ def test_three_times_the_mass_a_payload_and_motors_near_their_limit_are_carried(
     for changes in ({"mass_scale": 3.0}, {"payload": 0.05}, {"payload": 0.05, "mass_scale": 1.0}):
         assert run(**changes).rms_error_rad < 1e-5
     push = {"disturbance": {"name": "constant", "amplitude": 0.95 * 0.2}, "reference": "hold", "mass_scale": 1.0}
-    assert run(**push).rms_error_rad < 1e-5
+    assert run(**push).rms_error_rad < 1e-6
+
+
+def test_on_a_slender_hand_it_is_better_than_the_best_rival_was():
+    found = run(model="slender_hand")
+    assert found.rms_error_rad < 1.7e-6
+    assert 1e3 * found.rms_tip_error_mm < 0.26
 
 
 def test_a_large_error_is_taken_home_and_leaves_nothing():

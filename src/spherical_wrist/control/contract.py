@@ -55,6 +55,7 @@ SIGNAL = np.dtype(
         ("feed_forward", "f8", 3),
         ("H", "f8", (3, 3)),
         ("N", "f8", 3),
+        ("rate_age", "f8"),
         ("horizon", "f8"),
         ("torque_limit", "f8", 3),
     ],
@@ -97,6 +98,8 @@ class Signal(Protocol):
         H: 3 × 3 inertia matrix of the nominal model [kg·m²]; with prediction, half a period ahead.
         N: Coriolis, centrifugal, gravity and known damping torque of the nominal model [N·m], likewise; of laws that
             ask for gravity only, gravity at rest.
+        rate_age: known age of the rate less that of the attitude [s]: 0 of a gyroscope; of a rate that is estimated
+            from attitudes, half the time between two of them, and what a filter adds.
         horizon: how far ahead of the sample H, N and feed-forward are evaluated [s]: half a period, and what is known
             of the age of the sample and the lag of the motors; 0 without prediction.
         torque_limit: largest torque about each body axis alone that the motors in use give [N·m]; of coils, at this
@@ -114,6 +117,7 @@ class Signal(Protocol):
     feed_forward: Array
     H: Array
     N: Array
+    rate_age: float
     horizon: float
     torque_limit: Array
 

@@ -13,6 +13,10 @@ measurement is the noise's σ² + c r²: a large innovation is a disturbance rat
 little. Estimates are kept within bounds, and leak to 1 and 0: a disturbance that keeps time with the commands would
 otherwise drive them on for as long as it lasts.
 
+While a loop follows smoothly, its commands are an echo of the disturbance, and say nothing of the input: the estimates
+would drift, until the loop oscillates and they are learnt anew. So a degree of trust, which a law gives, says how far
+the innovation is news; with none, the estimates rest, but for a share of the leak.
+
 A law that uses it derives its state from :class:`Identified`.
 """
 
@@ -24,8 +28,10 @@ from spherical_wrist.parameters import Vector, quantity
 
 _Three = tuple[tuple[float, float, float], tuple[float, float, float], tuple[float, float, float]]
 _NONE: _Three = ((0.0, 0.0, 0.0),) * 3
-LEAST_GAIN, MOST_GAIN, MOST_DELAY = 0.9, 3.0, 1.5
+LEAST_GAIN, MOST_GAIN, MOST_DELAY = 0.9, 3.0, 2.5
 """Bounds of the estimates: of γ, and of d [periods]. A gain that is believed too small makes the loop faster."""
+HELD = 0.1
+"""Share of the leak while nothing is learnt."""
 
 
 class Identified(LawState):
@@ -56,8 +62,8 @@ def drive(state: Any, axis: int, newer: float, older: float, rho: float, period:
 
 
 def identify(
-    state: Any, axis: int, innovation: float, noise: float, discount: float, gain_walk: float, delay_walk: float,
-    leak: float, correction: Gains, period: float,
+    state: Any, axis: int, innovation: float, noise: float, trust: float, discount: float, gain_walk: float,
+    delay_walk: float, leak: float, correction: Gains, period: float,
 ) -> None:  # fmt: skip
     """Take an innovation: update the estimates, then correct the copies as the observer is.
 
@@ -66,25 +72,27 @@ def identify(
         axis: axis.
         innovation: r [rad/s].
         noise: σ, standard deviation of the innovations [rad/s].
+        trust: degree, 0 to 1, to which the innovation is news of the input.
         discount: factor c on r² in the variance of the measurement.
-        gain_walk: standard deviation of the change of γ per sample.
-        delay_walk: standard deviation of the change of d per sample [periods].
-        leak: part of the estimates' deviation from 1 and 0 that a sample takes away.
+        gain_walk: standard deviation of the change of γ per sample that is news.
+        delay_walk: standard deviation of the change of d per sample that is news [periods].
+        leak: part of the estimates' deviation from 1 and 0 that such a sample takes away.
         correction: gains of the observer.
         period: T [s].
     """
+    gain, delay, left = state.gain[axis], state.delay[axis], leak * (HELD + (1.0 - HELD) * trust)
+    gain, delay = gain + left * (1.0 - gain), delay - left * delay
     P = state.covariance
     a, b, c = P[axis, 0] + gain_walk * gain_walk, P[axis, 1], P[axis, 2] + delay_walk * delay_walk
     h, g = state.gain_response[axis, 0], state.delay_response[axis, 0]
     u, v = a * h + b * g, b * h + c * g
     variance = h * u + g * v + noise * noise + discount * innovation * innovation
-    if variance > 0.0:
-        k, m = u / variance, v / variance
-        gain, delay = state.gain[axis], state.delay[axis]
-        state.gain[axis] = min(MOST_GAIN, max(LEAST_GAIN, gain + k * innovation + leak * (1.0 - gain)))
-        state.delay[axis] = min(MOST_DELAY, max(0.0, delay + m * innovation - leak * delay))
-        a, b, c = a - k * u, b - k * v, c - m * v
-    P[axis, 0], P[axis, 1], P[axis, 2] = a, b, c
+    if trust > 0.0 and variance > 0.0:
+        k, m = trust * u / variance, trust * v / variance
+        gain, delay = gain + k * innovation, delay + m * innovation
+        P[axis, 0], P[axis, 1], P[axis, 2] = a - k * u, b - k * v, c - m * v
+    state.gain[axis] = min(MOST_GAIN, max(LEAST_GAIN, gain))
+    state.delay[axis] = min(MOST_DELAY, max(0.0, delay))
     for copy in (state.gain_response, state.delay_response):
         answer = copy[axis, 0]
         copy[axis, 0] -= correction.surface * answer

@@ -25,6 +25,7 @@ def write_errors(signal: Any, settings: Any, k: int, q: Any, rate: Any, desired:
     de = rate_error(q, rate, target, then)
     signal.time = (settings.first + k) * settings.period
     signal.period = settings.period
+    signal.rate_age = rate_age
     for i in range(4):
         signal.attitude[i] = q[i]
         signal.desired_attitude[i] = d[i]
