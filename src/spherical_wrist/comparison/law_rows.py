@@ -57,7 +57,7 @@ def law_rows(statuses: Mapping[str, str], width: float, *, lines: bool = False, 
         statuses: status of each law, keyed by label.
         width: width of the picture [in].
         lines: True if their lines have to be told apart.
-        numbered: True for low rows with numbers in place of names; :func:`key` draws what they stand for.
+        numbered: True for low rows with numbers in place of names; :func:`draw_key` draws what they stand for.
     """
     room, row, size = (width, LOW_ROW, TINY) if numbered else (SHARE * width, ROW, SMALL)
     looks = law_looks(statuses, lines=lines)

@@ -76,10 +76,10 @@ def fit_decades(panel: Axes, sizes: Array, below: float = 0.005) -> None:
     positive = sizes[sizes > 0.0]
     if not len(positive):
         return
-    panel.set_yscale("log", nonpositive="mask")
     largest = float(positive.max())
     low, high = 0.6 * max(float(np.quantile(positive, below)), 1e-20 * largest), 1.6 * largest
-    panel.set_ylim(low, high)
+    panel.set_ylim(low, high)  # before the scale, which would look for positive values among the curves
+    panel.set_yscale("log", nonpositive="mask")
     panel.yaxis.set_major_locator(_decades(high / low))
     panel.yaxis.set_major_formatter(lambda value, _: figure(value))
     panel.yaxis.set_minor_formatter(NullFormatter())
