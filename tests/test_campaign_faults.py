@@ -311,12 +311,11 @@ def test_the_command_is_killed_again_and_again(expected, tmp_path, seed):
 
 def listening():
     """Return the addresses at which this process and all that it began listen."""
-    return {
-        connection.laddr
-        for each in (psutil.Process(), *psutil.Process().children(recursive=True))
-        for connection in each.net_connections()
-        if connection.status == psutil.CONN_LISTEN
-    }
+    found = set()
+    for each in (psutil.Process(), *psutil.Process().children(recursive=True)):
+        with suppress(psutil.NoSuchProcess):  # it may end while it is looked at
+            found |= {one.laddr for one in each.net_connections() if one.status == psutil.CONN_LISTEN}
+    return found
 
 
 def sys_path():

@@ -271,7 +271,7 @@ def noisy(times):
         (REALISTIC, 4.0, 4.3),
         ({**REALISTIC, "reference": "beating_heart"}, 4.3, 5.0),
         ({**REALISTIC, "reference": "suture"}, 4.3, 5.0),
-        ({**REALISTIC, "payload": 0.05}, 6.6, 5.0),
+        ({**REALISTIC, "payload": 0.05}, 7.6, 5.0),
         (noisy(10), 41.0, 6.0),
         ({**REALISTIC, "sensing": {"name": "realistic", "rate": "estimated"}}, 40.0, 4.5),
     ],
@@ -302,6 +302,13 @@ ADVERSARY = [
 @pytest.mark.parametrize("disturbance", some(ADVERSARY, 4), ids=lambda each: "-".join(map(str, each.values())))
 def test_no_torque_within_a_quarter_moves_the_tip_far(disturbance, mass):
     assert 1e3 * run(disturbance=disturbance, mass_scale=mass, duration=4.0).max_tip_error_mm < 20.0
+
+
+@pytest.mark.parametrize(("mass", "frequency"), some([(0.5, 51.0), (0.5, 67.0), (1.0, 56.0), (1.5, 80.0)], 2))
+def test_a_sine_that_lasts_is_not_taken_for_a_delay(mass, frequency):
+    """At first it is, and with a wrong delay the loop is not stable where the rules make it fast."""
+    lasting = {"name": "sinusoid", "frequency": frequency}
+    assert 1e3 * run(disturbance=lasting, mass_scale=mass, duration=8.0).max_tip_error_mm < 20.0
 
 
 @pytest.mark.parametrize(("mass", "delay"), [(0.5, 1.5e-3), (1.0, 2.25e-3), (1.5, 2.5e-3)])

@@ -132,9 +132,9 @@ class FuzzyObserverSliding(ModelBasedLaw):
     surprised: Positive = quantity(
         1.3, "", "factor of the bandwidths where innovations surprise", searched=(1.18, 1.43)
     )
-    quiet: Positive = quantity(3.14, "", "largest innovation, in σ̂, that is fully quiet", searched=(2.85, 3.45))
+    quiet: Positive = quantity(4.0, "", "largest innovation, in σ̂, that is fully quiet", searched=(3.64, 4.4))
     surprising: Positive = quantity(
-        3.42, "", "innovation, in σ̂, beyond which it is fully surprised", searched=(3.11, 3.76)
+        6.0, "", "innovation, in σ̂, beyond which it is fully surprised", searched=(5.45, 6.6)
     )
     memory: Positive = quantity(77.1, "1/s", "rate at which a surprise is forgotten", searched=(70.1, 84.8))
     floor: Positive = quantity(5e-4, "rad/s", "least standard deviation of the innovations", gain=False)

@@ -30,6 +30,9 @@ _Three = tuple[tuple[float, float, float], tuple[float, float, float], tuple[flo
 _NONE: _Three = ((0.0, 0.0, 0.0),) * 3
 LEAST_GAIN, MOST_GAIN, MOST_DELAY = 0.9, 3.0, 2.5
 """Bounds of the estimates: of γ, and of d [periods]. A gain that is believed too small makes the loop faster."""
+OUTSIDE = 0.5
+"""Rate at which a delay is forgotten while a gain below the bound is asked for [1/s]. That is the mark of a torque from
+outside: a sine that lasts would otherwise pass for a delay."""
 HELD = 0.1
 """Share of the leak while nothing is learnt."""
 
@@ -90,6 +93,8 @@ def identify(
     if trust > 0.0 and variance > 0.0:
         k, m = trust * u / variance, trust * v / variance
         gain, delay = gain + k * innovation, delay + m * innovation
+        if gain < LEAST_GAIN:
+            delay -= OUTSIDE * period * delay
         P[axis, 0], P[axis, 1], P[axis, 2] = a - k * u, b - k * v, c - m * v
     state.gain[axis] = min(MOST_GAIN, max(LEAST_GAIN, gain))
     state.delay[axis] = min(MOST_DELAY, max(0.0, delay))
