@@ -5,6 +5,7 @@ import pytest
 from scipy.linalg import solve_discrete_are
 from scipy.spatial.transform import Rotation
 
+import spherical_wrist as sw
 from sampling import long, some
 from spherical_wrist import Experiment, simulate
 from spherical_wrist.comparison.ablation import FIGURES, WHOLE, ablation
@@ -302,6 +303,23 @@ ADVERSARY = [
 @pytest.mark.parametrize("disturbance", some(ADVERSARY, 4), ids=lambda each: "-".join(map(str, each.values())))
 def test_no_torque_within_a_quarter_moves_the_tip_far(disturbance, mass):
     assert 1e3 * run(disturbance=disturbance, mass_scale=mass, duration=4.0).max_tip_error_mm < 20.0
+
+
+@long
+@pytest.mark.parametrize(("degree", "disk_margin"), [("surprised", 0.45), ("calm", 0.5)])
+def test_the_loops_between_which_the_rules_choose_have_margins(degree, disk_margin):
+    """Frozen at one degree, on the nominal plant with late samples."""
+    law = FuzzyObserverSliding()
+    factor = getattr(law, degree)
+    slowed = factor if degree == "calm" else 1.0
+    frozen = law.replaced(
+        reaching=factor * law.reaching, real_pole=factor * law.real_pole, pair=factor * law.pair, filter_first=0.0,
+        filter_second=0.0, decay=slowed * law.decay, integral=slowed * law.integral, **law.ablations["rules"],
+    )  # fmt: skip
+    late = {"sensing": {"delay": 5e-4}, "actuation": {"lag": 5e-4}, "mass_scale": 1.0}
+    [found] = sw.margins([frozen], ranges=False, **late).to_dict()["laws"]
+    assert found["disk_margin"] > disk_margin
+    assert found["max_sensitivity"] < 2.4
 
 
 @pytest.mark.parametrize(("mass", "frequency"), some([(0.5, 51.0), (0.5, 67.0), (1.0, 56.0), (1.5, 80.0)], 2))

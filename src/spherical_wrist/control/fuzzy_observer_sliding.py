@@ -55,16 +55,17 @@ class FuzzyObserverSliding(ModelBasedLaw):
     Why it works. The wrist obeys ë = −γ w + δ, so that S decays like Ṡ = −κ_T φ tanh(…) + (δ − δ̂) − Q(z) r. For a fixed
     factor the loop is linear within the layer φ, and on the nominal plant its poles are those of the surface (λ), of
     reaching (κ', k_I), of the observer and of Q: the innovation that Q is fed by does not depend on the commands there
-    (Youla, Jabr and Bongiorno, 1976). Each of the frozen loops is stable, and keeps the margins of ``wrist design``.
+    (Youla, Jabr and Bongiorno, 1976). Each of the frozen loops is stable. The quiet and the calm one keep the margins
+    of ``wrist design``; that of a surprise keeps them but for late samples, where its disk margin is below 0.5.
     That switching between them, and the identification, leave the loop stable on every plant is *not proven*. In its
     place stand the bounds of the estimates (γ̂ ≥ 0.9, at most 2.5 periods of delay, δ̂ within twice what the motors give)
     and the adversary's set of the tests.
 
     The gains come from trials around those of a search (CMA-ES) over a model of one axis, by three tables at once: the
     cases of ``wrist compare``, an adversary's set of torques at 0.5 to 1.5 of the mass, and delays that nobody knows
-    of. They keep all constraints of ``wrist design``. That criterion alone does not find them, since it has no
-    adversary: the gains that it prefers, a few per cent better by its objective, let a sine of 70 Hz move the tip ten
-    times as far, because the loop of a surprise is then too fast for its samples.
+    of. They keep all constraints of ``wrist design``. That criterion alone did not find them, since it has no
+    adversary: two searches by it came to gains, a few per cent better by its objective, with which a sine of 70 Hz
+    moved the tip more than ten times as far, because the loop of a surprise was too fast for its samples.
     """
 
     status: ClassVar[LawStatus] = "ours"
