@@ -138,6 +138,9 @@ def test_the_noise_of_an_estimated_rate_slows_the_loop():
     expected = {0.0: 1.0, law.clean: 1.0, middle: 0.5, law.noisy: 0.0, 10.0 * law.noisy: 0.0}
     found = [cleanness(signal, law, noise * T / np.sqrt(2.0)) for noise in expected]
     np.testing.assert_allclose(found, list(expected.values()), atol=1e-12)
+    abrupt = law.replaced(noisy=law.clean)
+    found = [cleanness(signal, abrupt, noise * T / np.sqrt(2.0)) for noise in (0.99 * law.clean, 1.01 * law.clean)]
+    assert found == [1.0, 0.0]
 
 
 # --- the identification

@@ -222,7 +222,7 @@ def cleanness(signal: Signal, parameters: Any, attitude_noise: float) -> Any:
         return 1.0
     noise = attitude_noise / (sqrt(2.0) * signal.rate_age)  # √2 σ_a over the time between two attitudes
     above = log(max(noise, parameters.clean) / parameters.clean)
-    return 1.0 - min(1.0, above / log(parameters.noisy / parameters.clean))
+    return 1.0 - min(1.0, above / max(log(parameters.noisy / parameters.clean), 1e-9))
 
 
 def begin(parameters: Any, state: Any, axis: int, surface: float) -> None:
